@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Compiles `glsl/<module>/<pass>.<stage>` with warnings as errors, and writes `$OUT_DIR/shaders.rs`: the SPIR-V as
+//! constants (`WATER_BOOK_COMP`), a list of all of them, and the include files for the run-time compiler.
+
+use std::{env, fmt::Write, fs, path::Path};
+
+#[allow(dead_code)] // the crate uses the rest
+#[path = "src/gpu/glsl.rs"]
+mod glsl;
+
+fn main() {
+    println!("cargo:rerun-if-changed=glsl");
+    println!("cargo:rerun-if-changed=src/gpu/glsl.rs");
+    let out = env::var("OUT_DIR").expect("cargo sets OUT_DIR");
+    let compiler = glsl::Compiler::new(|include| fs::read_to_string(Path::new("glsl").join(include)).ok())
+        .unwrap_or_else(|error| panic!("{error}"));
+
+    let (mut code, mut all, mut includes) = (String::new(), String::new(), String::new());
+    for (module, file, path) in sources() {
+        let (stem, kind) = file.rsplit_once('.').expect("a file name with an extension");
+        let Some(stage) = glsl::Stage::of_extension(kind) else {
+            let absolute = fs::canonicalize(&path).expect("a file just listed");
+            writeln!(includes, "    (\"{module}/{file}\", include_str!({absolute:?})),").expect("a String");
+            continue;
+        };
+        let source = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+        let words = compiler.compile(&source, &path, stage).unwrap_or_else(|e| panic!("\n{e}\n"));
+        let spv = format!("{out}/{module}.{stem}.{kind}.spv");
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        fs::write(&spv, bytes).unwrap_or_else(|e| panic!("{spv}: {e}"));
+        let name = format!("{module}_{stem}_{kind}").to_uppercase();
+        writeln!(code, "/// `glsl/{module}/{file}`.\npub const {name}: &[u8] = include_bytes!({spv:?});")
+            .expect("a String");
+        writeln!(all, "    (\"{module}.{stem}.{kind}\", {name}),").expect("a String");
+    }
+    writeln!(code, "/// Every shader: `module.pass.stage` and SPIR-V.\npub const ALL: &[(&str, &[u8])] = &[\n{all}];")
+        .expect("a String");
+    writeln!(
+        code,
+        "/// Files that shaders include: path below `glsl/` and text.\npub const INCLUDES: &[(&str, &str)] = &[\n{includes}];"
+    )
+    .expect("a String");
+    fs::write(format!("{out}/shaders.rs"), code).expect("OUT_DIR is writable");
+}
+
+/// Module, file name and path of everything under `glsl/`, sorted, so that builds are reproducible.
+fn sources() -> Vec<(String, String, String)> {
+    let list = |dir: &Path| -> Vec<_> {
+        let entries = fs::read_dir(dir).unwrap_or_else(|e| panic!("{}: {e}", dir.display()));
+        let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+        paths.sort();
+        paths
+    };
+    let name = |path: &Path| path.file_name().expect("a listed file").to_string_lossy().into_owned();
+    let mut found = Vec::new();
+    for dir in list(Path::new("glsl")).into_iter().filter(|path| path.is_dir()) {
+        for path in list(&dir) {
+            found.push((name(&dir), name(&path), path.to_string_lossy().into_owned()));
+        }
+    }
+    found
+}

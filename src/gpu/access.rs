@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use ash::vk::{self, AccessFlags2 as A, PipelineStageFlags2 as S};
+
+/// How a pass touches memory. This is the whole vocabulary of the crate: a barrier is a pair of these, and no other
+/// place has stage and access bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// A compute shader reads buffers or images.
+    ComputeRead,
+    /// A compute shader writes them.
+    ComputeWrite,
+    /// A compute shader does both.
+    ComputeReadWrite,
+    /// Arguments of an indirect dispatch or draw.
+    IndirectRead,
+    /// A vertex or fragment shader reads buffers or images.
+    GraphicsRead,
+    /// Colour attachment, written, blended or resolved.
+    ColorWrite,
+    /// Depth attachment, tested and written.
+    DepthWrite,
+    /// Source of a copy.
+    CopyRead,
+    /// Destination of a copy.
+    CopyWrite,
+    /// `vkCmdFillBuffer` (a CLEAR, not a COPY, in synchronization2 terms).
+    FillWrite,
+    /// The host reads mapped memory.
+    HostRead,
+    /// The host wrote mapped memory.
+    HostWrite,
+}
+
+impl Access {
+    pub(super) const fn masks(self) -> (S, A) {
+        match self {
+            Self::ComputeRead => (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ),
+            Self::ComputeWrite => (S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE),
+            Self::ComputeReadWrite => (S::COMPUTE_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE)),
+            Self::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
+            Self::GraphicsRead => (
+                S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()),
+                A::SHADER_STORAGE_READ,
+            ),
+            Self::ColorWrite => {
+                (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))
+            }
+            Self::DepthWrite => (
+                S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
+                both(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            ),
+            Self::CopyRead => (S::COPY, A::TRANSFER_READ),
+            Self::CopyWrite => (S::COPY, A::TRANSFER_WRITE),
+            Self::FillWrite => (S::CLEAR, A::TRANSFER_WRITE),
+            Self::HostRead => (S::HOST, A::HOST_READ),
+            Self::HostWrite => (S::HOST, A::HOST_WRITE),
+        }
+    }
+
+    pub(super) fn barrier(from: Self, to: Self) -> vk::MemoryBarrier2<'static> {
+        let ((src_stage, src_access), (dst_stage, dst_access)) = (from.masks(), to.masks());
+        vk::MemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(src_access)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(dst_access)
+    }
+}
+
+const fn both(one: A, other: A) -> A {
+    A::from_raw(one.as_raw() | other.as_raw())
+}

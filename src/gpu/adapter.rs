@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What devices there are, what each lacks, and the choice among them.
+
+use super::error::{Error, OrCall, Result};
+use ash::vk;
+use std::ffi::CStr;
+
+/// One physical device, described.
+#[derive(Clone, Debug)]
+pub struct Adapter {
+    /// Position in the loader's list.
+    pub index: usize,
+    /// `VkPhysicalDeviceProperties::deviceName`.
+    pub name: String,
+    /// 32 hexadecimal digits, the same on every start.
+    pub uuid: String,
+    /// Driver name and version text.
+    pub driver: String,
+    /// Vulkan version, `major.minor.patch`.
+    pub api: String,
+    /// Discrete, integrated, virtual, CPU or other.
+    pub kind: &'static str,
+    /// What the crate needs and the device has not: empty if it will do.
+    pub missing: Vec<String>,
+    /// What some variants use, and whether it is there.
+    pub optional: Vec<(&'static str, bool)>,
+    /// Invocations of a subgroup.
+    pub subgroup: u32,
+    /// The limits that decide sizes.
+    pub limits: vk::PhysicalDeviceLimits,
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) family: u32,
+    pub(super) has_graphics: bool,
+    pub(super) is_portability_subset: bool,
+    rank: u32,
+}
+
+impl Adapter {
+    pub(super) fn all(instance: &ash::Instance) -> Result<Vec<Self>> {
+        let physical = unsafe { instance.enumerate_physical_devices() }.or_call("vkEnumeratePhysicalDevices")?;
+        physical.into_iter().enumerate().map(|(index, it)| Self::describe(instance, index, it)).collect()
+    }
+
+    pub(super) fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice) -> Result<Self> {
+        let props = unsafe { instance.get_physical_device_properties(physical) };
+        let name = text(props.device_name_as_c_str().unwrap_or(c"?"));
+        let mut missing = Vec::new();
+
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let find = |flags| families.iter().position(|f| f.queue_flags.contains(flags));
+        let (compute, graphics) = (vk::QueueFlags::COMPUTE, vk::QueueFlags::GRAPHICS);
+        let family = find(compute | graphics).or_else(|| find(compute));
+        let has_graphics = family.is_some_and(|f| families[f].queue_flags.contains(graphics));
+        if family.is_none() {
+            missing.push("a compute queue".into());
+        }
+
+        let mut described = Self {
+            index,
+            name,
+            uuid: String::new(),
+            driver: String::new(),
+            api: version(props.api_version),
+            kind: kind(props.device_type),
+            missing,
+            optional: Vec::new(),
+            subgroup: 0,
+            limits: props.limits,
+            physical,
+            family: family.unwrap_or(0) as u32,
+            has_graphics,
+            is_portability_subset: false,
+            rank: rank(props.device_type),
+        };
+        if props.api_version < vk::API_VERSION_1_3 {
+            described.missing.push(format!("Vulkan 1.3 (it has {})", version(props.api_version)));
+            return Ok(described);
+        }
+        described.look_closer(instance)?;
+        Ok(described)
+    }
+
+    /// What only a device of Vulkan 1.3 can be asked.
+    fn look_closer(&mut self, instance: &ash::Instance) -> Result<()> {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut ids = vk::PhysicalDeviceIDProperties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut props = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut ids)
+            .push_next(&mut subgroup);
+        unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
+        self.subgroup = subgroup.subgroup_size;
+        self.uuid = ids.device_uuid.iter().map(|byte| format!("{byte:02x}")).collect();
+        let words = [driver.driver_name_as_c_str(), driver.driver_info_as_c_str()];
+        let words: Vec<String> = words.into_iter().flatten().map(text).filter(|word| !word.is_empty()).collect();
+        self.driver = words.join(" ");
+
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
+        let base = features.features;
+        let needed = [
+            ("synchronization2", v13.synchronization2),
+            ("dynamicRendering", v13.dynamic_rendering),
+            ("maintenance4", v13.maintenance4),
+        ];
+        self.missing.extend(needed.iter().filter(|(_, has)| *has == vk::FALSE).map(|(name, _)| name.to_string()));
+        let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }
+            .or_call("vkEnumerateDeviceExtensionProperties")?;
+        let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        self.is_portability_subset = has(ash::khr::portability_subset::NAME);
+        self.optional = vec![
+            ("graphics queue", self.has_graphics),
+            ("geometryShader", base.geometry_shader == vk::TRUE),
+            ("shaderOutputLayer", v12.shader_output_layer == vk::TRUE),
+            ("transform feedback", has(ash::ext::transform_feedback::NAME)),
+            ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),
+            ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
+            ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),
+            ("shaderFloat16", v12.shader_float16 == vk::TRUE),
+            ("float atomics", has(ash::ext::shader_atomic_float::NAME)),
+        ];
+        Ok(())
+    }
+
+    /// The device `wanted` (index, UUID, or part of the name), or the fastest kind there is.
+    pub(super) fn choose(all: Vec<Self>, wanted: Option<&str>) -> Result<Self> {
+        let describe = |a: &Self| format!("{} {} {}", a.index, a.name, a.uuid);
+        let unfit = |a: &Self| format!("{}: it lacks {}", a.name, a.missing.join(", "));
+        if let Some(wanted) = wanted {
+            let have = all.iter().map(describe).collect();
+            let found = all.into_iter().find(|a| a.is(wanted));
+            let found = found.ok_or_else(|| Error::NoSuchDevice { wanted: wanted.into(), have })?;
+            return if found.missing.is_empty() {
+                Ok(found)
+            } else {
+                Err(Error::NoDevice { missing: vec![unfit(&found)] })
+            };
+        }
+        let missing = all.iter().map(unfit).collect();
+        all.into_iter()
+            .filter(|a| a.missing.is_empty())
+            .min_by_key(|a| (a.rank, a.index))
+            .ok_or(Error::NoDevice { missing })
+    }
+
+    fn is(&self, wanted: &str) -> bool {
+        let plain = |s: &str| s.to_lowercase().replace('-', "");
+        match wanted.parse::<usize>() {
+            Ok(index) if wanted.len() < 6 => index == self.index,
+            _ => {
+                plain(wanted) == self.uuid || self.name.to_lowercase().contains(&wanted.trim().to_lowercase())
+            }
+        }
+    }
+}
+
+fn kind(kind: vk::PhysicalDeviceType) -> &'static str {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => "discrete GPU",
+        vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated GPU",
+        vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual GPU",
+        vk::PhysicalDeviceType::CPU => "CPU",
+        _ => "other",
+    }
+}
+
+/// Smaller is faster.
+fn rank(kind: vk::PhysicalDeviceType) -> u32 {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+        vk::PhysicalDeviceType::CPU => 4,
+        _ => 3,
+    }
+}
+
+fn version(v: u32) -> String {
+    format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
+}
+
+fn text(name: &CStr) -> String {
+    name.to_string_lossy().into_owned()
+}

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use super::{
+    adapter::Adapter,
+    cache::PipelineCache,
+    error::{Error, OrCall, Result},
+    instance::{Instance, Messages},
+    timing::Clock,
+};
+use ash::{ext, khr, vk};
+use gpu_allocator::vulkan as ga;
+use std::{
+    ffi::{CStr, CString},
+    ops::Deref,
+    path::PathBuf,
+    sync::{Arc, Mutex, MutexGuard, OnceLock},
+};
+
+/// How to open a device.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// Index, UUID or part of the name; the fastest kind of device if `None`.
+    pub device: Option<String>,
+    /// Turns on the Khronos layer with synchronization validation; what it says is in [`Gpu::messages`].
+    pub validate: bool,
+    /// Folder of the pipeline cache; `None` keeps no file.
+    pub cache: Option<PathBuf>,
+}
+
+/// Instance, device and queue that belong to a caller. See [`Gpu::from_external`].
+pub struct External<'a> {
+    /// The caller's instance, of Vulkan 1.3 or later.
+    pub instance: &'a ash::Instance,
+    /// The device that `device` was made from.
+    pub physical: vk::PhysicalDevice,
+    /// Made with the features `synchronization2`, `dynamicRendering` and `maintenance4`.
+    pub device: &'a ash::Device,
+    /// A queue with compute, and with graphics if something is to be drawn.
+    pub queue: vk::Queue,
+    /// Its family.
+    pub family: u32,
+    /// Whether `instance` has VK_EXT_debug_utils: then passes are labelled and objects are named.
+    pub has_debug_utils: bool,
+}
+
+/// Device, one queue, allocator. Cheap to clone: every owner of a Vulkan handle holds one, so the device outlives them
+/// all, whatever order they are dropped in.
+#[derive(Clone)]
+pub struct Gpu(pub(super) Arc<Inner>);
+
+// Fields drop in the order they are declared, which is the order of destruction.
+pub(super) struct Inner {
+    pub cache: PipelineCache,
+    allocator: Mutex<ga::Allocator>,
+    pub debug: Option<ext::debug_utils::Device>,
+    pub queue: vk::Queue,
+    pub adapter: Adapter,
+    pub clock: OnceLock<Clock>,
+    pub device: Device,
+    instance: Option<Instance>, // `None` if it is the caller's
+    messages: Arc<Messages>,
+}
+
+/// Destroys the device, unless it is the caller's.
+pub(super) struct Device {
+    raw: ash::Device,
+    is_owned: bool,
+}
+
+impl Deref for Device {
+    type Target = ash::Device;
+    fn deref(&self) -> &ash::Device {
+        &self.raw
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if self.is_owned {
+            unsafe { self.raw.destroy_device(None) }
+        }
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // Runs before the fields drop. An error here is a lost device: there is nothing left to wait for.
+        if self.device.is_owned {
+            let _ = unsafe { self.device.device_wait_idle() };
+        }
+    }
+}
+
+impl Gpu {
+    /// A device of its own, without a window.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] says, device by device, what was missing.
+    pub fn headless(options: &GpuOptions) -> Result<Self> {
+        let instance = Instance::new(options.validate)?;
+        let adapter = Adapter::choose(Adapter::all(&instance.raw)?, options.device.as_deref())?;
+
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(adapter.family)
+            .queue_priorities(&[1.0])];
+        let extensions: Vec<_> =
+            adapter.is_portability_subset.then_some(khr::portability_subset::NAME.as_ptr()).into_iter().collect();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+            .synchronization2(true)
+            .dynamic_rendering(true)
+            .maintenance4(true);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut v13);
+        let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
+            .or_call_for("vkCreateDevice", &adapter.name)?;
+        let device = Device { raw, is_owned: true };
+        let queue = unsafe { device.get_device_queue(adapter.family, 0) };
+        let (raw_instance, has_debug_utils) = (instance.raw.clone(), instance.has_debug_utils);
+        let messages = instance.messages.clone();
+        Self::assemble(Assembly {
+            raw_instance: &raw_instance,
+            has_debug_utils,
+            device,
+            queue,
+            adapter,
+            instance: Some(instance),
+            messages,
+            cache: options.cache.clone(),
+        })
+    }
+
+    /// Works on a device that the caller made and goes on owning. Nothing is submitted to `queue` but by the
+    /// convenience functions that say so ([`Gpu::once`], [`Gpu::upload`], [`Gpu::download`]); recording into the
+    /// caller's own command buffers is [`Recorder::new`](super::Recorder::new).
+    ///
+    /// # Safety
+    /// The handles belong together, `device` has the features that [`External::device`] names, and all of it outlives
+    /// the `Gpu` and everything made from it. The queue is not used by another thread while a function that submits
+    /// runs. Before anything made from this `Gpu` is dropped, the device has finished with it.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if the physical device lacks what the crate needs.
+    pub unsafe fn from_external(external: &External<'_>) -> Result<Self> {
+        let mut adapter = Adapter::describe(external.instance, 0, external.physical)?;
+        if !adapter.missing.is_empty() {
+            return Err(Error::NoDevice { missing: vec![format!("{}: {}", adapter.name, adapter.missing.join(", "))] });
+        }
+        adapter.family = external.family;
+        Self::assemble(Assembly {
+            raw_instance: external.instance,
+            has_debug_utils: external.has_debug_utils,
+            device: Device { raw: external.device.clone(), is_owned: false },
+            queue: external.queue,
+            adapter,
+            instance: None,
+            messages: Arc::default(),
+            cache: None,
+        })
+    }
+
+    fn assemble(parts: Assembly<'_>) -> Result<Self> {
+        let allocator = ga::Allocator::new(&ga::AllocatorCreateDesc {
+            instance: parts.raw_instance.clone(),
+            device: parts.device.clone(),
+            physical_device: parts.adapter.physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        })
+        .map_err(|source| Error::Memory { name: "allocator".into(), bytes: 0, source })?;
+        let debug = parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
+        let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
+        let gpu = Self(Arc::new(Inner {
+            cache,
+            allocator: Mutex::new(allocator),
+            debug,
+            queue: parts.queue,
+            adapter: parts.adapter,
+            clock: OnceLock::new(),
+            device: parts.device,
+            instance: parts.instance,
+            messages: parts.messages,
+        }));
+        if gpu.0.instance.is_some() {
+            gpu.set_name(gpu.0.queue, "whitecap.queue");
+        }
+        Ok(gpu)
+    }
+
+    /// What the chosen device is and can do.
+    pub fn adapter(&self) -> &Adapter {
+        &self.0.adapter
+    }
+
+    /// Every device on this machine, also those that will not do.
+    ///
+    /// # Errors
+    /// If there is no Vulkan at all.
+    pub fn adapters() -> Result<Vec<Adapter>> {
+        Adapter::all(&Instance::new(false)?.raw)
+    }
+
+    /// Name of the device.
+    pub fn name(&self) -> &str {
+        &self.0.adapter.name
+    }
+
+    /// For whoever records beside this crate, on the same device.
+    pub fn device(&self) -> &ash::Device {
+        &self.0.device
+    }
+
+    /// The queue that [`Gpu::once`] submits to.
+    pub fn queue(&self) -> vk::Queue {
+        self.0.queue
+    }
+
+    /// Family of [`Gpu::queue`].
+    pub fn family(&self) -> u32 {
+        self.0.adapter.family
+    }
+
+    /// Limits of the device.
+    pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
+        &self.0.adapter.limits
+    }
+
+    /// Where validation messages go. It outlives the device, so that what was leaked can be read too.
+    pub fn messages(&self) -> Arc<Messages> {
+        self.0.messages.clone()
+    }
+
+    /// Writes the pipeline cache to its file, if it has one. Also done when the last clone is dropped.
+    pub fn save_pipeline_cache(&self) {
+        self.0.cache.save(&self.0.device);
+    }
+
+    pub(super) fn set_name(&self, handle: impl vk::Handle, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.0.debug, CString::new(name)) {
+            self.set_c_name(debug, handle, &name);
+        }
+    }
+
+    fn set_c_name(&self, debug: &ext::debug_utils::Device, handle: impl vk::Handle, name: &CStr) {
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(name);
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) }; // names are a courtesy, never an error
+    }
+
+    pub(super) fn allocator(&self) -> MutexGuard<'_, ga::Allocator> {
+        self.0.allocator.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+struct Assembly<'a> {
+    raw_instance: &'a ash::Instance,
+    has_debug_utils: bool,
+    device: Device,
+    queue: vk::Queue,
+    adapter: Adapter,
+    instance: Option<Instance>,
+    messages: Arc<Messages>,
+    cache: Option<PathBuf>,
+}

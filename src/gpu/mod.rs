@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Thin Vulkan core: device (its own or the caller's), memory, kernels, drawing, recording, time. Knows nothing about
+//! simulations.
+//!
+//! Reading order: [`Access`] (all barriers there are), [`Recorder`] (what can be recorded), [`Kernel`] (how shader and
+//! host meet), [`Submitter`] (how tools run it).
+
+mod access;
+mod adapter;
+mod buffer;
+mod cache;
+mod device;
+mod error;
+#[cfg(feature = "tools")]
+pub mod glsl;
+mod image;
+mod instance;
+mod kernel;
+mod program;
+mod raster;
+mod recorder;
+pub mod reflect;
+mod submit;
+mod timing;
+
+pub use access::Access;
+pub use adapter::Adapter;
+pub use buffer::{Buffer, Residence};
+pub use device::{External, Gpu, GpuOptions};
+pub use error::{Error, Result};
+pub use image::{Image, ImageUse};
+pub use instance::Messages;
+pub use kernel::{Kernel, KernelInfo};
+pub use program::{Bound, Resource};
+pub use raster::{Blend, Depth, Raster, RasterInfo, Topology};
+pub use recorder::{Recorder, Target};
+pub use submit::{SpanTime, Submitter, Times};
+pub use timing::Clock;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use super::{
+    device::Gpu,
+    error::{Error, Result},
+    program::{Bound, HostSide, Program, Resource, Shader},
+    reflect::reflect,
+    ImageUse,
+};
+use ash::vk;
+use std::{ffi::CStr, sync::Arc};
+
+/// What vertices form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topology {
+    /// Three vertices a triangle.
+    Triangles,
+    /// Two vertices a line.
+    Lines,
+}
+
+/// How colours meet what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// Replace it.
+    Opaque,
+    /// Premultiplied alpha over it.
+    Over,
+    /// Add to it.
+    Add,
+}
+
+/// How depth is used. Nearer is greater: reversed, so that floats are fine where distances are large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// Test and write.
+    Write,
+    /// Test only.
+    Test,
+}
+
+/// A graphics pipeline: vertices are pulled from storage buffers by `gl_VertexIndex`, there are no vertex buffers.
+pub struct RasterInfo<'a> {
+    /// `module.pass`.
+    pub name: &'a CStr,
+    /// SPIR-V of the vertex shader.
+    pub vertex: &'a [u8],
+    /// SPIR-V of the fragment shader.
+    pub fragment: &'a [u8],
+    /// Names of the blocks of set 0 of all stages, by binding number.
+    pub blocks: &'a [&'a str],
+    /// Specialization constants of all stages, by `constant_id`.
+    pub constants: &'a [u32],
+    /// What vertices form.
+    pub topology: Topology,
+    /// How colours meet what is there.
+    pub blend: Blend,
+    /// How depth is used.
+    pub depth: Depth,
+    /// Samples a pixel of the target.
+    pub samples: u32,
+}
+
+/// A graphics pipeline whose interface is known to match its host code.
+#[derive(Clone)]
+pub struct Raster(Arc<Program>);
+
+impl Raster {
+    /// `P` is the push-constant struct of all stages, `()` if there is none.
+    ///
+    /// # Errors
+    /// [`Error::Interface`] if the blocks, the constants or the size of `P` differ from the SPIR-V.
+    pub fn new<P>(gpu: &Gpu, info: &RasterInfo<'_>) -> Result<Self> {
+        let mismatch = |what| Error::Interface { kernel: info.name.to_string_lossy().into_owned(), what };
+        let vertex = reflect(info.vertex, info.constants).map_err(mismatch)?;
+        let fragment = reflect(info.fragment, info.constants).map_err(mismatch)?;
+        let interface = vertex.merge(fragment).map_err(mismatch)?;
+        let host =
+            HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };
+        let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
+        let program = Program::new(gpu, info.name, interface, vertex | fragment, &host)?;
+        let shaders =
+            [Shader { stage: vertex, spv: info.vertex }, Shader { stage: fragment, spv: info.fragment }];
+        program
+            .build(&shaders, info.constants, "vkCreateGraphicsPipelines", |device, cache, stages, layout| {
+                create(device, cache, stages, layout, info)
+            })
+            .map(Self)
+    }
+
+    /// The pipeline with its resources, by block name and in binding order.
+    ///
+    /// # Errors
+    /// [`Error::Interface`] if a name or a kind differs from the shaders'.
+    pub fn bind(&self, resources: &[(&str, Resource<'_>)]) -> Result<Bound> {
+        Bound::new(&self.0, resources)
+    }
+}
+
+fn create(
+    device: &ash::Device,
+    cache: vk::PipelineCache,
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+    layout: vk::PipelineLayout,
+    info: &RasterInfo<'_>,
+) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
+    let vertices = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match info.topology {
+        Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+        Topology::Lines => vk::PrimitiveTopology::LINE_LIST,
+    });
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::from_raw(info.samples));
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(true)
+        .depth_write_enable(info.depth == Depth::Write)
+        .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
+    let (one, zero) = (vk::BlendFactor::ONE, vk::BlendFactor::ZERO);
+    let (source, target) = match info.blend {
+        Blend::Opaque => (one, zero),
+        Blend::Over => (one, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Blend::Add => (one, one),
+    };
+    let attachments = [vk::PipelineColorBlendAttachmentState::default()
+        .color_write_mask(vk::ColorComponentFlags::RGBA)
+        .blend_enable(info.blend != Blend::Opaque)
+        .src_color_blend_factor(source)
+        .dst_color_blend_factor(target)
+        .src_alpha_blend_factor(source)
+        .dst_alpha_blend_factor(target)];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+    let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+    let formats = [ImageUse::Color.format()];
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(&formats)
+        .depth_attachment_format(ImageUse::Depth.format());
+    let pipeline = vk::GraphicsPipelineCreateInfo::default()
+        .stages(stages)
+        .vertex_input_state(&vertices)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    unsafe { device.create_graphics_pipelines(cache, &[pipeline], None) }
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result};
+use ash::vk;
+use std::{ffi::CStr, slice};
+
+/// What a pass draws to.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// Colour of every sample.
+    pub color: &'a Image,
+    /// Depth of every sample.
+    pub depth: &'a Image,
+    /// Where the samples of a pixel are averaged when the pass ends, if there are several.
+    pub resolved: Option<&'a Image>,
+    /// Colour before anything is drawn.
+    pub clear: [f32; 4],
+}
+
+/// Writes commands into a command buffer that someone else allocates, begins, ends and submits.
+pub struct Recorder<'g> {
+    gpu: &'g Gpu,
+    cmd: vk::CommandBuffer,
+    queries: vk::QueryPool,
+    room: usize,
+    spans: Vec<&'static CStr>,
+    flush: Option<Box<dyn Flush + 'g>>,
+}
+
+impl<'g> Recorder<'g> {
+    /// # Safety
+    /// `cmd` is recording, belongs to a queue family with compute (and graphics, if something is drawn), and outlives
+    /// the recorder.
+    pub unsafe fn new(gpu: &'g Gpu, cmd: vk::CommandBuffer) -> Self {
+        Self { gpu, cmd, queries: vk::QueryPool::null(), room: 0, spans: Vec::new(), flush: None }
+    }
+
+    /// Times the first `room` spans by `2 * room` timestamps in `queries`, already reset: span `i` begins at query `2 i`
+    /// and ends at `2 i + 1`.
+    pub fn timed(mut self, queries: vk::QueryPool, room: usize) -> Self {
+        (self.queries, self.room) = (queries, room);
+        self
+    }
+
+    /// Ends, submits and waits at both ends of every span: the fence is the clock.
+    pub(super) fn fenced(mut self, flush: Box<dyn Flush + 'g>, room: usize) -> Self {
+        (self.flush, self.room) = (Some(flush), room);
+        self
+    }
+
+    /// The spans timed so far.
+    pub fn spans(&self) -> &[&'static CStr] {
+        &self.spans
+    }
+
+    pub(super) fn finish(self) -> (Vec<&'static CStr>, Result<Vec<f64>>) {
+        let times = self.flush.map_or(Ok(Vec::new()), |mut flush| flush.times());
+        (self.spans, times)
+    }
+
+    /// The command buffer, for what this crate does not record.
+    pub fn raw(&self) -> vk::CommandBuffer {
+        self.cmd
+    }
+
+    /// One pass: `body` between a debug label for the capture tools and, when timed, two stamps. Spans do not nest.
+    pub fn span(&mut self, name: &'static CStr, body: impl FnOnce(&mut Self)) {
+        let query = (self.spans.len() < self.room).then(|| 2 * self.spans.len() as u32);
+        if query.is_some() {
+            self.spans.push(name);
+            self.stamp(query);
+        }
+        if let Some(debug) = &self.gpu.0.debug {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(name);
+            unsafe { debug.cmd_begin_debug_utils_label(self.cmd, &label) };
+        }
+        body(self);
+        if let Some(debug) = &self.gpu.0.debug {
+            unsafe { debug.cmd_end_debug_utils_label(self.cmd) };
+        }
+        self.stamp(query.map(|begin| begin + 1));
+    }
+
+    fn stamp(&mut self, query: Option<u32>) {
+        let Some(query) = query else { return };
+        if let Some(flush) = &mut self.flush {
+            flush.stamp(self.cmd);
+        } else {
+            // ALL_COMMANDS: taken when everything before has finished, so that a span starts where the last ends.
+            let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+            unsafe { self.gpu.device().cmd_write_timestamp2(self.cmd, stage, self.queries, query) };
+        }
+    }
+
+    /// All that was done as `from` before this point is finished and visible to all that is done as `to` after it.
+    pub fn barrier(&mut self, from: Access, to: Access) {
+        let barrier = Access::barrier(from, to);
+        let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&barrier));
+        unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
+    /// Runs a kernel over at least `threads` invocations; the kernel discards the surplus.
+    ///
+    /// # Panics
+    /// If `bound` is no kernel, `params` is not of its size, or the device cannot count that many workgroups.
+    pub fn dispatch<P: bytemuck::Pod>(&mut self, bound: &Bound, threads: [u32; 3], params: &P) {
+        let program = bound.program();
+        let local = program.interface.local_size.unwrap_or_else(|| panic!("{:?} is no kernel", program.name));
+        let groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
+        let most = self.gpu.limits().max_compute_work_group_count;
+        assert!(
+            groups.iter().zip(most).all(|(&n, most)| n <= most),
+            "{:?}: {groups:?} workgroups, {most:?} allowed",
+            program.name
+        );
+        self.bind(bound, params);
+        unsafe { self.gpu.device().cmd_dispatch(self.cmd, groups[0], groups[1], groups[2]) };
+    }
+
+    /// Draws `vertices` of each of `instances`. Inside [`Recorder::render`] only.
+    ///
+    /// # Panics
+    /// If `bound` is a kernel, or `params` is not of its size.
+    pub fn draw<P: bytemuck::Pod>(&mut self, bound: &Bound, vertices: u32, instances: u32, params: &P) {
+        assert!(bound.program().interface.local_size.is_none(), "{:?} is a kernel", bound.program().name);
+        self.bind(bound, params);
+        unsafe { self.gpu.device().cmd_draw(self.cmd, vertices, instances, 0, 0) };
+    }
+
+    fn bind<P: bytemuck::Pod>(&mut self, bound: &Bound, params: &P) {
+        let program = bound.program();
+        assert_eq!(size_of::<P>(), program.interface.push_bytes, "push constants of {:?}", program.name);
+        let (device, cmd, point) = (self.gpu.device(), self.cmd, program.bind_point);
+        unsafe {
+            device.cmd_bind_pipeline(cmd, point, program.pipeline);
+            if bound.set() != vk::DescriptorSet::null() {
+                device.cmd_bind_descriptor_sets(cmd, point, program.layout, 0, &[bound.set()], &[]);
+            }
+            if size_of::<P>() > 0 {
+                device.cmd_push_constants(cmd, program.layout, program.stages, 0, bytemuck::bytes_of(params));
+            }
+        }
+    }
+
+    /// Clears `target`, then draws what `body` draws to it.
+    pub fn render(&mut self, target: &Target<'_>, body: impl FnOnce(&mut Self)) {
+        let general = vk::ImageLayout::GENERAL;
+        let attachment = |image: &Image| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(image.view())
+                .image_layout(general)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .store_op(vk::AttachmentStoreOp::DONT_CARE)
+        };
+        let clear = vk::ClearValue { color: vk::ClearColorValue { float32: target.clear } };
+        let mut color = attachment(target.color).clear_value(clear);
+        match target.resolved {
+            Some(resolved) => {
+                color = color
+                    .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                    .resolve_image_view(resolved.view())
+                    .resolve_image_layout(general);
+            }
+            None => color = color.store_op(vk::AttachmentStoreOp::STORE),
+        }
+        // Depth is reversed: 0 is the far end.
+        let depth = attachment(target.depth).clear_value(vk::ClearValue::default());
+        let [width, height] = target.color.size();
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        let colors = [color];
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth);
+        // Vulkan's y points down; a negative height turns it up, as in the rest of the crate.
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: height as f32,
+            width: width as f32,
+            height: -(height as f32),
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let (device, cmd) = (self.gpu.device(), self.cmd);
+        unsafe {
+            device.cmd_begin_rendering(cmd, &info);
+            device.cmd_set_viewport(cmd, 0, &[viewport]);
+            device.cmd_set_scissor(cmd, 0, &[area]);
+        }
+        body(self);
+        unsafe { device.cmd_end_rendering(cmd) };
+    }
+
+    /// # Panics
+    /// If the buffers differ in size.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
+        assert_eq!(from.bytes(), to.bytes(), "copy of `{}` to `{}`", from.name(), to.name());
+        let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.bytes() };
+        unsafe { self.gpu.device().cmd_copy_buffer(self.cmd, from.raw(), to.raw(), &[region]) };
+    }
+
+    /// Fills the whole buffer with one word, as [`Access::FillWrite`].
+    pub fn fill(&mut self, buffer: &Buffer, word: u32) {
+        unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
+    }
+
+    /// The one transition of an image: from UNDEFINED to GENERAL, before its first use.
+    pub(super) fn first_use(&mut self, image: &Image, range: vk::ImageSubresourceRange) {
+        let (stage, access) = image.first_access().masks();
+        let barrier = vk::ImageMemoryBarrier2::default()
+            .dst_stage_mask(stage)
+            .dst_access_mask(access)
+            .old_layout(vk::ImageLayout::UNDEFINED)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.raw())
+            .subresource_range(range);
+        let info = vk::DependencyInfo::default().image_memory_barriers(slice::from_ref(&barrier));
+        unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+}

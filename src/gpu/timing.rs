@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which clock to believe. Some software drivers stamp a compute pass with times that have nothing to do with it, so the
+//! timestamps are checked once against the fence, and every result names the clock that it was taken with.
+
+use super::{submit::Submitter, Buffer, Gpu, Kernel, KernelInfo, Residence, Result};
+use crate::shaders;
+
+/// Clock of a timing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// Timestamps of the GPU.
+    Gpu,
+    /// The host's clock, from submission to fence, one submission a pass.
+    Fence,
+}
+
+impl Clock {
+    /// As results name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gpu => "gpu",
+            Self::Fence => "fence",
+        }
+    }
+}
+
+/// How far timestamps may be from the fence: a submission costs the host some time of its own.
+const AGREEMENT: f64 = 0.15;
+/// Long enough for that cost not to matter (ms).
+const PROBE_MS: f64 = 8.0;
+
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Params {
+    rounds: u32,
+}
+
+impl Gpu {
+    /// The clock of this device, found at the first call.
+    ///
+    /// # Errors
+    /// If the probe cannot run.
+    pub fn clock(&self) -> Result<Clock> {
+        if let Some(clock) = self.0.clock.get() {
+            return Ok(*clock);
+        }
+        let clock = probe(self)?;
+        Ok(*self.0.clock.get_or_init(|| clock))
+    }
+}
+
+fn probe(gpu: &Gpu) -> Result<Clock> {
+    if gpu.limits().timestamp_compute_and_graphics == 0 {
+        return Ok(Clock::Fence);
+    }
+    let info = KernelInfo { name: c"gpu.spin", spv: shaders::GPU_SPIN_COMP, blocks: &["Sink"], constants: &[] };
+    let kernel = Kernel::new::<Params>(gpu, &info)?;
+    let sink = Buffer::new(gpu, "gpu.spin.sink", 4 * 64, Residence::Device)?;
+    let bound = kernel.bind(&[("Sink", (&sink).into())])?;
+    let mut submitter = Submitter::with_clock(gpu, 1, Clock::Gpu)?;
+    let mut spin = |rounds: u32| {
+        submitter.run(|rec| rec.span(c"gpu.spin", |rec| rec.dispatch(&bound, [64, 1, 1], &Params { rounds })))
+    };
+    let mut rounds = 1 << 12;
+    let mut times = spin(rounds)?;
+    while times.wall_ms < PROBE_MS && rounds < 1 << 28 {
+        rounds *= 2;
+        times = spin(rounds)?;
+    }
+    let agrees = (times.of(c"gpu.spin") / times.wall_ms - 1.0).abs() <= AGREEMENT;
+    Ok(if agrees { Clock::Gpu } else { Clock::Fence })
+}

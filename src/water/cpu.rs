@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! CPU twins: each does what the kernel of the same name does, column by column, in the same order of operations, in
+//! `f64` as the reference, or in `f32` to be compared with the GPU bit for bit. Written to be read beside the GLSL.
+
+use super::{Counts, DisturbParams, Disturbance, Model, Params, Walls, LAND_M};
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+/// `f32` or `f64`.
+pub trait Real:
+    Copy
+    + PartialEq
+    + PartialOrd
+    + Default
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Nearest value.
+    fn of(value: f64) -> Self;
+    /// Exact.
+    fn to_f64(self) -> f64;
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+/// [`Params`] in the twin's precision: rounded as the GPU has them in `f32`, exact in `f64`.
+#[derive(Clone, Copy, Debug)]
+struct Numbers<T> {
+    width: usize,
+    height: usize,
+    dt: T,
+    pull: T,
+    keep: T,
+    diagonal: T,
+    folded: bool,
+}
+
+impl<T: Real> Numbers<T> {
+    fn new(model: &Model) -> Self {
+        let w = model.diagonal;
+        Self {
+            width: model.cells.x as usize,
+            height: model.cells.y as usize,
+            dt: T::of(model.dt_s),
+            pull: T::of(model.speed_mps.powi(2) * model.dt_s / (model.cell_m.powi(2) * (1.0 + 2.0 * w))),
+            keep: T::of((-model.damping_per_s * model.dt_s).exp()),
+            diagonal: T::of(w),
+            folded: model.walls == Walls::Folded,
+        }
+    }
+
+    /// See [`Params::first_from_rest`].
+    fn first_from_rest(self) -> Self {
+        Self { pull: T::of(0.5) * self.pull, ..self }
+    }
+}
+
+/// Twin of `glsl/water/waves.comp`.
+#[derive(Clone, Debug)]
+pub struct Waves<T> {
+    /// (m above rest), [`LAND_M`] for land.
+    pub height_m: Vec<T>,
+    /// (m/s).
+    pub velocity_mps: Vec<T>,
+    numbers: Numbers<T>,
+}
+
+impl<T: Real> Waves<T> {
+    /// A basin at rest with the surface `height_m`.
+    pub fn at_rest(model: &Model, height_m: &[f32]) -> Self {
+        Self {
+            height_m: height_m.iter().map(|&h| T::of(f64::from(h))).collect(),
+            velocity_mps: vec![T::default(); height_m.len()],
+            numbers: Numbers::new(model),
+        }
+    }
+
+    /// One step with half the pull: see [`Params::first_from_rest`].
+    pub fn first_step_from_rest(&mut self) {
+        self.step_with(self.numbers.first_from_rest());
+    }
+
+    /// One step.
+    pub fn step(&mut self) {
+        self.step_with(self.numbers);
+    }
+
+    fn step_with(&mut self, p: Numbers<T>) {
+        let old = self.height_m.clone();
+        let land = T::of(f64::from(LAND_M));
+        for y in 0..p.height {
+            for x in 0..p.width {
+                let i = y * p.width + x;
+                let centre = old[i];
+                if centre == land {
+                    self.velocity_mps[i] = T::default();
+                    continue;
+                }
+                let at = |dx: isize, dy: isize| neighbour(&p, &old, land, x, y, dx, dy);
+                let [n, s, w, e] = [at(0, -1), at(0, 1), at(-1, 0), at(1, 0)];
+                let side = |side: T| if side == land { T::default() } else { side - centre };
+                let corner = |corner: T, row: T, column: T| corner_pull(&p, land, corner, row, column, centre);
+                let sides = (side(w) + side(e)) + (side(n) + side(s));
+                let corners = (corner(at(-1, -1), n, w) + corner(at(1, -1), n, e))
+                    + (corner(at(-1, 1), s, w) + corner(at(1, 1), s, e));
+                let sum = sides + p.diagonal * corners;
+                let v = p.keep * (self.velocity_mps[i] + p.pull * sum);
+                self.velocity_mps[i] = v;
+                self.height_m[i] = centre + p.dt * v;
+            }
+        }
+    }
+}
+
+/// The column beside `(x, y)`, land beyond the grid.
+fn neighbour<T: Real>(p: &Numbers<T>, old: &[T], land: T, x: usize, y: usize, dx: isize, dy: isize) -> T {
+    match (x.checked_add_signed(dx), y.checked_add_signed(dy)) {
+        (Some(x), Some(y)) if x < p.width && y < p.height => old[y * p.width + x],
+        _ => land,
+    }
+}
+
+/// What the column in one corner adds: `corner_pull` in `glsl/water/waves.comp`, border and shore alike.
+fn corner_pull<T: Real>(p: &Numbers<T>, land: T, corner: T, row: T, column: T, centre: T) -> T {
+    match (corner != land, row != land, column != land) {
+        (true, false, false) => T::default(),
+        (true, ..) => corner - centre,
+        (false, true, false) if p.folded => row - centre,
+        (false, false, true) if p.folded => column - centre,
+        (false, ..) => T::default(),
+    }
+}
+
+/// Twin of `glsl/water/book.comp`.
+#[derive(Clone, Debug)]
+pub struct Book<T> {
+    /// (m above rest).
+    pub height_m: Vec<T>,
+    /// From the right, lower right, below, lower left (m/s).
+    pub flow_mps: Vec<[T; 4]>,
+    numbers: Numbers<T>,
+}
+
+/// Where the pipe `k` of a column leads.
+const PIPES: [(isize, isize); 4] = [(1, 0), (1, 1), (0, 1), (-1, 1)];
+
+impl<T: Real> Book<T> {
+    /// A basin at rest with the surface `height_m`.
+    pub fn at_rest(model: &Model, height_m: &[f32]) -> Self {
+        Self {
+            height_m: height_m.iter().map(|&h| T::of(f64::from(h))).collect(),
+            flow_mps: vec![[T::default(); 4]; height_m.len()],
+            numbers: Numbers::new(model),
+        }
+    }
+
+    /// One step with half the pull: see [`Params::first_from_rest`].
+    pub fn first_step_from_rest(&mut self) {
+        self.flows(self.numbers.first_from_rest());
+        self.heights();
+    }
+
+    /// One step.
+    pub fn step(&mut self) {
+        self.flows(self.numbers);
+        self.heights();
+    }
+
+    /// One step by equation 12.5 of the book, which averages the flows before and after: it grows without bound
+    /// whatever the step, and is here so that a test can show it.
+    pub fn step_averaged(&mut self) {
+        let before = self.flow_mps.clone();
+        self.flows(self.numbers);
+        let after = self.flow_mps.clone();
+        for (flow, before) in self.flow_mps.iter_mut().zip(before) {
+            for k in 0..4 {
+                flow[k] = T::of(0.5) * (flow[k] + before[k]);
+            }
+        }
+        self.heights();
+        self.flow_mps = after;
+    }
+
+    fn flows(&mut self, p: Numbers<T>) {
+        for y in 0..p.height {
+            for x in 0..p.width {
+                let i = y * p.width + x;
+                for (k, (dx, dy)) in PIPES.into_iter().enumerate() {
+                    let pull = if k % 2 == 1 { p.diagonal * p.pull } else { p.pull };
+                    let end = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+                    let end = end.filter(|&(x, y)| x < p.width && y < p.height);
+                    self.flow_mps[i][k] = match end {
+                        Some((x, y)) => {
+                            let slope = self.height_m[y * p.width + x] - self.height_m[i];
+                            p.keep * (self.flow_mps[i][k] + pull * slope)
+                        }
+                        None => T::default(),
+                    };
+                }
+            }
+        }
+    }
+
+    fn heights(&mut self) {
+        let p = self.numbers;
+        let flow = |x: usize, y: usize, dx: isize, dy: isize, k: usize| {
+            let from = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+            from.filter(|&(x, _)| x < p.width).map_or(T::default(), |(x, y)| self.flow_mps[y * p.width + x][k])
+        };
+        for y in 0..p.height {
+            for x in 0..p.width {
+                let own = self.flow_mps[y * p.width + x];
+                let gain = (own[0] + own[1]) + (own[2] + own[3]);
+                let loss = (flow(x, y, -1, 0, 0) + flow(x, y, -1, -1, 1)) + (flow(x, y, 0, -1, 2) + flow(x, y, 1, -1, 3));
+                let i = y * p.width + x;
+                self.height_m[i] = self.height_m[i] + p.dt * (gain - loss);
+            }
+        }
+    }
+}
+
+/// The listings of the book as they are printed (12.2 to 12.7, under the rules of Direct3D 11): the figure that the hard
+/// cases show beside the kernels. `dt` is in the flow only; the threads round a tile make flow where there is no column
+/// (the row above's last column is the left neighbour of the first, what lies before the buffer reads as zero); a frame
+/// is a step.
+#[derive(Clone, Debug)]
+pub struct BookAsPrinted {
+    width: isize,
+    height: isize,
+    /// (m above an empty column).
+    pub height_m: Vec<f64>,
+    /// Right, lower right, below, lower left.
+    pub flow: Vec<[f64; 4]>,
+}
+
+impl BookAsPrinted {
+    /// A basin at rest. The listings need a grid of whole tiles.
+    ///
+    /// # Panics
+    /// If the grid is no multiple of 16.
+    pub fn at_rest(cells: glam::UVec2, height_m: &[f32]) -> Self {
+        assert!((cells % 16) == glam::UVec2::ZERO, "the listings need whole tiles, not {cells}");
+        Self {
+            width: cells.x as isize,
+            height: cells.y as isize,
+            height_m: height_m.iter().map(|&h| f64::from(h)).collect(),
+            flow: vec![[0.0; 4]; height_m.len()],
+        }
+    }
+
+    /// One frame of `frame_s` (s).
+    pub fn frame(&mut self, frame_s: f64) {
+        const STEP: f64 = 0.05;
+        const PIPE_AREA: f64 = 0.0001;
+        const GRAVITY: f64 = 10.0;
+        const PIPE_LENGTH: f64 = 0.2;
+        const COLUMN_AREA: f64 = 0.05;
+        const DAMPING: f64 = 0.9995;
+        let factor = frame_s.min(STEP) * PIPE_AREA * GRAVITY / (PIPE_LENGTH * COLUMN_AREA);
+
+        let (w, h) = (self.width, self.height);
+        let index = |x: isize, y: isize| usize::try_from(x + y * w).ok().filter(|&i| i < self.flow.len());
+        let loaded = |x: isize, y: isize| index(x, y).map_or((0.0, [0.0; 4]), |i| (self.height_m[i], self.flow[i]));
+        let new_flow = |x: isize, y: isize| {
+            let (here, old) = loaded(x, y);
+            let not_right = x < w - 1;
+            let not_bottom = y < h - 1;
+            let exists = [not_right, not_right && not_bottom, not_bottom, not_bottom && x > 0];
+            let mut flow = [0.0; 4];
+            for (k, (dx, dy)) in PIPES.into_iter().enumerate() {
+                let slope = if exists[k] { loaded(x + dx, y + dy).0 - here } else { 0.0 };
+                flow[k] = (slope * factor + old[k]) * DAMPING;
+            }
+            flow
+        };
+        let mut next = (self.height_m.clone(), self.flow.clone());
+        for y in 0..h {
+            for x in 0..w {
+                let i = (x + y * w) as usize;
+                let own = new_flow(x, y);
+                let gain: f64 = own.iter().sum();
+                let loss =
+                    new_flow(x - 1, y)[0] + new_flow(x - 1, y - 1)[1] + new_flow(x, y - 1)[2] + new_flow(x + 1, y - 1)[3];
+                next.0[i] += gain - loss;
+                next.1[i] = own;
+            }
+        }
+        (self.height_m, self.flow) = next;
+    }
+}
+
+/// Twin of `glsl/water/weigh.comp`: validates, and finds the scale that makes volumes exact.
+pub fn weigh(p: &DisturbParams, height_m: &[f32], items: &mut [Disturbance], counts: &mut Counts) {
+    for d in items {
+        let numbers = [d.at_m.x, d.at_m.y, d.radius_m, d.volume_m3, d.push_m3ps];
+        let sane = numbers.iter().all(|n| n.is_finite())
+            && d.radius_m > 0.0
+            && (p.has_velocity == 1 || d.push_m3ps == 0.0);
+        let mut lanes = [0f32; 64];
+        if sane {
+            for (i, c) in footprint(d, p).into_iter().enumerate() {
+                if height_m[((c[1] * p.pitch + c[0]) * p.stride) as usize] != LAND_M {
+                    lanes[i % 64] += weight_of(c, d, p);
+                }
+            }
+        }
+        let total: f32 = lanes.into_iter().fold(0.0, |sum, lane| sum + lane);
+        let scale = if total > 0.0 { 1.0 / (p.cell_m * p.cell_m * total) } else { 0.0 };
+        let absurd = d.volume_m3.abs().max(d.push_m3ps.abs()) * scale > p.limit_m;
+        d.scale = if sane && !absurd { scale } else { 0.0 };
+        match () {
+            () if !sane || absurd => counts.rejected += 1,
+            () if scale == 0.0 => counts.missed += 1,
+            () => counts.applied += 1,
+        }
+    }
+}
+
+/// Twin of `glsl/water/disturb.comp`: adds what [`weigh`] prepared.
+pub fn disturb(p: &DisturbParams, items: &[Disturbance], height_m: &mut [f32], velocity_mps: &mut [f32]) {
+    let mut rise = vec![0f32; height_m.len()];
+    let mut speed = vec![0f32; velocity_mps.len()];
+    for d in items.iter().filter(|d| d.scale > 0.0) {
+        for c in footprint(d, p) {
+            let i = (c[1] * p.pitch + c[0]) as usize;
+            let share = weight_of(c, d, p) * d.scale;
+            rise[i * p.stride as usize] += share * d.volume_m3;
+            if p.has_velocity == 1 {
+                speed[i] += share * d.push_m3ps;
+            }
+        }
+    }
+    for (height, rise) in height_m.iter_mut().zip(&rise).filter(|(height, _)| **height != LAND_M) {
+        *height += rise;
+    }
+    for (i, (velocity, speed)) in velocity_mps.iter_mut().zip(&speed).enumerate() {
+        if height_m[i * p.stride as usize] != LAND_M {
+            *velocity += speed;
+        }
+    }
+}
+
+fn footprint(d: &Disturbance, p: &DisturbParams) -> Vec<[u32; 2]> {
+    let most = p.cells.as_vec2();
+    let lo = ((d.at_m - d.radius_m) / p.cell_m).floor().clamp(glam::Vec2::ZERO, most).as_uvec2();
+    let hi = (((d.at_m + d.radius_m) / p.cell_m).floor() + 1.0).clamp(glam::Vec2::ZERO, most).as_uvec2();
+    (lo.y..hi.y).flat_map(|y| (lo.x..hi.x).map(move |x| [x, y])).collect()
+}
+
+fn weight_of(c: [u32; 2], d: &Disturbance, p: &DisturbParams) -> f32 {
+    let c = glam::UVec2::from(c).as_vec2();
+    if d.radius_m <= 0.71 * p.cell_m {
+        return if (d.at_m / p.cell_m).floor() == c { 1.0 } else { 0.0 };
+    }
+    let r = ((c + 0.5) * p.cell_m - d.at_m) / d.radius_m;
+    let x = (1.0 - r.length_squared()).max(0.0);
+    x * x
+}
+
+/// Push constants of a model whose rows are not padded, for tests that run twin and kernel side by side.
+pub fn unpadded(model: &Model) -> Params {
+    model.params(model.cells.x)
+}

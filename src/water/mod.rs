@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Heightfield water: columns of water joined by virtual pipes (Zink, Pettineo and Hoxley, "Practical Rendering and
+//! Computation with Direct3D 11", 2011, section 12.1; O'Brien and Hodgins, "Dynamic Simulation of Splashing Fluids",
+//! 1995).
+//!
+//! | kernel          | reads                 | writes                   | CPU twin           |
+//! | --------------- | --------------------- | ------------------------ | ------------------ |
+//! | `water.book`    | columns               | new columns              | [`cpu::Book`]      |
+//! | `water.waves`   | height, velocity      | velocity, new height     | [`cpu::Waves`]     |
+//! | `water.weigh`   | height, disturbances  | disturbances, counters   | [`cpu::weigh`]     |
+//! | `water.disturb` | disturbances          | height, velocity         | [`cpu::disturb`]   |
+//!
+//! Both models solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid of square columns in a closed
+//! basin, `h` as deviation from rest (m). [`book`] stores the flow of four pipes a column, as the book does, and is there
+//! to be read; [`waves`] sums the pipes before they are stored, which is exact on an even, wet bottom, and reads and
+//! writes 16 bytes a column instead of 40 or more. Taking the new flow makes both a leapfrog: second order, with the
+//! flow half a step behind, and stable up to [`Model::longest_stable_s`].
+//!
+//! Left out: advection, ground that falls dry. A trough deeper than the water is not physical here.
+
+pub mod book;
+pub mod cpu;
+pub mod disturb;
+// pub mod draw;
+pub mod oracle;
+pub mod starts;
+pub mod waves;
+
+pub use book::{Book, BookState};
+pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
+pub use waves::{Tuning, Waves, WavesState};
+
+use crate::gpu::{self, Buffer};
+use glam::UVec2;
+use std::fmt;
+
+/// Height of a column that is land, bit for bit: `LAND_M` in `glsl/water/land.glsl`.
+pub const LAND_M: f32 = -1.0e30;
+
+/// What a wall does to the diagonal pipes that it cuts off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Walls {
+    /// Their weight goes to the pipe along the wall (the wall is a mirror): second order.
+    Folded,
+    /// They are left out, as the book does: first order, and waves bend at walls.
+    Dropped,
+}
+
+/// A basin and how it is stepped, in physical units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// Columns along x and z.
+    pub cells: UVec2,
+    /// Edge of a column (m).
+    pub cell_m: f64,
+    /// Speed of long waves, `sqrt(g depth)` (m/s).
+    pub speed_mps: f64,
+    /// Rate at which flow dies away (1/s); a wave dies away half as fast.
+    pub damping_per_s: f64,
+    /// Weight of a diagonal pipe, 0 to 1: 0 is the 5-point stencil, 1/4 isotropic, 1 the book's.
+    pub diagonal: f64,
+    /// What a wall does to diagonal pipes.
+    pub walls: Walls,
+    /// Step (s), at most [`Model::longest_stable_s`].
+    pub dt_s: f64,
+}
+
+/// A parameter out of its range: which, what it is, what is allowed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Invalid {
+    /// Name of the field, as in [`Model`] and in scene files.
+    pub key: &'static str,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
+    }
+}
+
+impl std::error::Error for Invalid {}
+
+/// Push constants of the water kernels: `WaterParams` in `glsl/water/water.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Params {
+    /// Size of the grid.
+    pub cells: UVec2,
+    /// Cells from one row to the next.
+    pub pitch: u32,
+    /// Step (s).
+    pub dt_s: f32,
+    /// `c^2 dt / (dx^2 (1 + 2 w))` (1/s).
+    pub pull: f32,
+    /// `exp(-gamma dt)`.
+    pub keep: f32,
+    /// Weight of a diagonal pipe.
+    pub diagonal: f32,
+    /// 1 if walls fold diagonal pipes, 0 if they drop them.
+    pub folded: u32,
+}
+
+impl Model {
+    /// Largest grid (columns along one axis).
+    pub const MOST_CELLS: u32 = 16384;
+
+    /// Courant number `c dt / dx` of the longest stable step: `2 / sqrt(max(4, 8 / (1 + 2 w)))`. It holds for every
+    /// shape of shore: each block of 2 x 2 columns, with its share of the pipes, is bounded by the same eigenvalue,
+    /// whichever of the four are land.
+    pub fn courant_limit(&self) -> f64 {
+        2.0 / f64::max(4.0, 8.0 / (1.0 + 2.0 * self.diagonal)).sqrt()
+    }
+
+    /// Beyond it the shortest waves grow at every step (s).
+    pub fn longest_stable_s(&self) -> f64 {
+        self.courant_limit() * self.cell_m / self.speed_mps
+    }
+
+    /// Courant number `c dt / dx` of the chosen step.
+    pub fn courant(&self) -> f64 {
+        self.speed_mps * self.dt_s / self.cell_m
+    }
+
+    /// The model with a step of `courant` cells.
+    pub fn with_courant(self, courant: f64) -> Self {
+        Self { dt_s: courant * self.cell_m / self.speed_mps, ..self }
+    }
+
+    /// # Errors
+    /// The first parameter that is out of range.
+    pub fn check(&self) -> Result<(), Invalid> {
+        let positive = |key, value: f64| {
+            let fits = value.is_finite() && value > 0.0;
+            let allowed = "a finite number above 0".into();
+            fits.then_some(()).ok_or(Invalid { key, value: value.to_string(), allowed })
+        };
+        if self.cells.min_element() == 0 || self.cells.max_element() > Self::MOST_CELLS {
+            let allowed = format!("1 to {} along each axis", Self::MOST_CELLS);
+            return Err(Invalid { key: "cells", value: format!("{}", self.cells), allowed });
+        }
+        positive("cell_m", self.cell_m)?;
+        positive("speed_mps", self.speed_mps)?;
+        positive("dt_s", self.dt_s)?;
+        if !(0.0..=1e6).contains(&self.damping_per_s) {
+            let allowed = "0 to 1e6 (1/s)".into();
+            return Err(Invalid { key: "damping_per_s", value: self.damping_per_s.to_string(), allowed });
+        }
+        if !(0.0..=1.0).contains(&self.diagonal) {
+            let allowed = "0 to 1".into();
+            return Err(Invalid { key: "diagonal", value: self.diagonal.to_string(), allowed });
+        }
+        let limit = self.longest_stable_s();
+        // A step computed as exactly the limit may come out above it by rounding.
+        if self.dt_s > limit * (1.0 + 1e-12) {
+            let allowed = format!(
+                "at most {limit:.6} s, the longest stable step of {} m cells and waves of {:.4} m/s",
+                self.cell_m, self.speed_mps
+            );
+            return Err(Invalid { key: "dt_s", value: self.dt_s.to_string(), allowed });
+        }
+        Ok(())
+    }
+
+    /// Push constants of a state with `pitch` cells from row to row.
+    pub fn params(&self, pitch: u32) -> Params {
+        let pull = self.speed_mps.powi(2) * self.dt_s / (self.cell_m.powi(2) * (1.0 + 2.0 * self.diagonal));
+        Params {
+            cells: self.cells,
+            pitch,
+            dt_s: self.dt_s as f32,
+            pull: pull as f32,
+            keep: (-self.damping_per_s * self.dt_s).exp() as f32,
+            diagonal: self.diagonal as f32,
+            folded: u32::from(self.walls == Walls::Folded),
+        }
+    }
+}
+
+impl Params {
+    /// For the first step from a start at rest: half the pull brings the flow to the middle of the step, where the
+    /// leapfrog wants it. Without it the start counts as half a step late, which is a first-order error.
+    pub fn first_from_rest(self) -> Self {
+        Self { pull: 0.5 * self.pull, ..self }
+    }
+}
+
+/// Where the heights of a surface lie: all that drawing and disturbing need to know of a model.
+#[derive(Clone, Copy)]
+pub struct Surface<'a> {
+    /// `f32` (m above rest), [`LAND_M`] where there is none; others may lie between.
+    pub height_m: &'a Buffer,
+    /// Columns from one row to the next.
+    pub pitch: u32,
+    /// Floats from one column to the next.
+    pub stride: u32,
+}
+
+/// What can go wrong with a basin.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Bad input.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
+    /// The device's.
+    #[error(transparent)]
+    Gpu(#[from] gpu::Error),
+}
+
+/// Refuses numbers that would spread through a basin: one a column, finite, and not absurd.
+fn check_heights(key: &'static str, numbers: &[f32], cells: UVec2) -> Result<(), Invalid> {
+    let invalid = |value: String, allowed: String| Err(Invalid { key, value, allowed });
+    if numbers.len() != cells.as_usizevec2().element_product() {
+        return invalid(format!("{} numbers", numbers.len()), format!("one for each of {cells} cells"));
+    }
+    match numbers.iter().position(|h| !(h.is_finite() && (h.abs() < 1e6 || *h == LAND_M))) {
+        Some(i) => invalid(format!("{} in cell {i}", numbers[i]), "finite and within 1e6".into()),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Exact solutions and invariants that the kernels are compared with, in `f64`.
+
+use super::{Model, LAND_M};
+use glam::UVec2;
+use std::f64::consts::PI;
+
+/// Symbol of the stencil, `-L / (1 + 2 w)` for the wave with `k` radians a column: 0 at rest, at most
+/// `max(4, 8 / (1 + 2 w))`.
+pub fn symbol(k: [f64; 2], diagonal: f64) -> f64 {
+    let [x, y] = k;
+    let sides = 2.0 * (1.0 - x.cos()) + 2.0 * (1.0 - y.cos());
+    let corners = 2.0 * (1.0 - (x + y).cos()) + 2.0 * (1.0 - (x - y).cos());
+    (sides + diagonal * corners) / (1.0 + 2.0 * diagonal)
+}
+
+/// Radians a column of the closed basin's mode with `m` half waves along each axis.
+pub fn mode_k(cells: UVec2, m: UVec2) -> [f64; 2] {
+    let cells = cells.as_dvec2();
+    [PI * f64::from(m.x) / cells.x, PI * f64::from(m.y) / cells.y]
+}
+
+/// `cos(pi m (x + 1/2) / N) cos(pi n (y + 1/2) / M)`: an eigenvector of the scheme with folded walls.
+pub fn mode(cells: UVec2, m: UVec2) -> Vec<f64> {
+    let [kx, ky] = mode_k(cells, m);
+    let along = |k: f64, n: u32| -> Vec<f64> { (0..n).map(|i| (k * (f64::from(i) + 0.5)).cos()).collect() };
+    let (xs, ys) = (along(kx, cells.x), along(ky, cells.y));
+    ys.iter().flat_map(|y| xs.iter().map(move |x| x * y)).collect()
+}
+
+/// How far a mode turns in a step (rad) when nothing is damped: `2 asin(courant sqrt(S) / 2)`.
+pub fn turn(model: &Model, m: UVec2) -> f64 {
+    2.0 * (0.5 * model.courant() * symbol(mode_k(model.cells, m), model.diagonal).sqrt()).asin()
+}
+
+/// Amplitude of a mode after `steps` undamped steps from rest, relative to the start, if the first step was
+/// [`Params::first_from_rest`](super::Params::first_from_rest) (`half_kick`), or a step like the others.
+pub fn swing(turn: f64, steps: u32, half_kick: bool) -> f64 {
+    let n = f64::from(steps);
+    if half_kick {
+        (n * turn).cos()
+    } else {
+        ((n + 0.5) * turn).cos() / (0.5 * turn).cos()
+    }
+}
+
+/// Amplitude of `mode` in `height_m`: the projection.
+pub fn amplitude(height_m: &[f32], mode: &[f64]) -> f64 {
+    let dot: f64 = height_m.iter().zip(mode).map(|(&h, m)| f64::from(h) * m).sum();
+    dot / mode.iter().map(|m| m * m).sum::<f64>()
+}
+
+/// Sum of the heights of all water (m, times the area of a column it is a volume).
+pub fn volume(height_m: &[f32]) -> f64 {
+    height_m.iter().filter(|&&h| h != LAND_M).map(|&h| f64::from(h)).sum()
+}
+
+/// Discrete energy of an undamped basin without land, in units of (m/s)^2: with the flow half a step behind, the
+/// potential part is the product of the two surfaces on either side of it, and the sum is constant to rounding.
+pub fn energy(model: &Model, height_m: &[f32], velocity_mps: &[f32]) -> f64 {
+    let (w, h) = (model.cells.x as usize, model.cells.y as usize);
+    let now: Vec<f64> = height_m.iter().map(|&h| f64::from(h)).collect();
+    let before: Vec<f64> =
+        now.iter().zip(velocity_mps).map(|(h, &v)| h - model.dt_s * f64::from(v)).collect();
+    let image = |i: usize, d: isize, n: usize| i.saturating_add_signed(d).min(n - 1); // folded walls are mirrors
+    let stencil = |x: usize, y: usize| {
+        let at = |dx: isize, dy: isize| before[image(y, dy, h) * w + image(x, dx, w)] - before[y * w + x];
+        let sides = at(-1, 0) + at(1, 0) + at(0, -1) + at(0, 1);
+        sides + model.diagonal * (at(-1, -1) + at(1, -1) + at(-1, 1) + at(1, 1))
+    };
+    let scale = (model.speed_mps / model.cell_m).powi(2) / (1.0 + 2.0 * model.diagonal);
+    let mut sum = 0.0;
+    for y in 0..h {
+        for x in 0..w {
+            let i = y * w + x;
+            sum += 0.5 * f64::from(velocity_mps[i]).powi(2) - 0.5 * scale * now[i] * stencil(x, y);
+        }
+    }
+    sum
+}
+
+/// Exact solution of `h_tt = c^2 laplace(h)` in a closed box from rest, by the cosine transform: every mode swings at
+/// `c |k|`.
+pub struct Exact {
+    cells: UVec2,
+    coefficients: Vec<f64>,
+    cosines: [Vec<f64>; 2],
+}
+
+impl Exact {
+    /// Transforms the start; columns are taken as samples at their centres.
+    pub fn new(cells: UVec2, height_m: &[f32]) -> Self {
+        let table = |n: u32| -> Vec<f64> {
+            let n = n as usize;
+            let angle = |m: usize, i: usize| PI * m as f64 * (i as f64 + 0.5) / n as f64;
+            (0..n).flat_map(|m| (0..n).map(move |i| angle(m, i).cos())).collect()
+        };
+        let cosines = [table(cells.x), table(cells.y)];
+        let (w, h) = (cells.x as usize, cells.y as usize);
+        let start: Vec<f64> = height_m.iter().map(|&h| f64::from(h)).collect();
+        // Rows, then columns; the zeroth mode has half the weight.
+        let weight = |m: usize, n: usize| if m == 0 { 1.0 } else { 2.0 } / n as f64;
+        let mut rows = vec![0.0; w * h];
+        for y in 0..h {
+            for m in 0..w {
+                let row = &start[y * w..(y + 1) * w];
+                let dot: f64 = row.iter().zip(&cosines[0][m * w..]).map(|(h, c)| h * c).sum();
+                rows[y * w + m] = weight(m, w) * dot;
+            }
+        }
+        let mut coefficients = vec![0.0; w * h];
+        for n in 0..h {
+            for y in 0..h {
+                let c = weight(n, h) * cosines[1][n * h + y];
+                for m in 0..w {
+                    coefficients[n * w + m] += c * rows[y * w + m];
+                }
+            }
+        }
+        Self { cells, coefficients, cosines }
+    }
+
+    /// The surface when waves have run `distance` columns, `c t / dx`.
+    pub fn after(&self, distance: f64) -> Vec<f64> {
+        let (w, h) = (self.cells.x as usize, self.cells.y as usize);
+        let mut swung = self.coefficients.clone();
+        for n in 0..h {
+            for m in 0..w {
+                let k = (PI * m as f64 / w as f64).hypot(PI * n as f64 / h as f64);
+                swung[n * w + m] *= (k * distance).cos();
+            }
+        }
+        let mut rows = vec![0.0; w * h];
+        for y in 0..h {
+            for n in 0..h {
+                let c = self.cosines[1][n * h + y];
+                for m in 0..w {
+                    rows[y * w + m] += c * swung[n * w + m];
+                }
+            }
+        }
+        let mut out = vec![0.0; w * h];
+        for y in 0..h {
+            for m in 0..w {
+                let a = rows[y * w + m];
+                for x in 0..w {
+                    out[y * w + x] += a * self.cosines[0][m * w + x];
+                }
+            }
+        }
+        out
+    }
+}
+
+/// `|got - want| / |want|`, each by the root of the sum of squares.
+pub fn relative_l2(got: &[f32], want: &[f64]) -> f64 {
+    let error: f64 = got.iter().zip(want).map(|(&a, b)| (f64::from(a) - b).powi(2)).sum();
+    (error / want.iter().map(|b| b * b).sum::<f64>()).sqrt()
+}
