@@ -33,8 +33,11 @@ fn main() {
             .expect("a String");
         writeln!(all, "    (\"{module}.{stem}.{kind}\", {name}),").expect("a String");
     }
-    writeln!(code, "/// Every shader: `module.pass.stage` and SPIR-V.\npub const ALL: &[(&str, &[u8])] = &[\n{all}];")
-        .expect("a String");
+    writeln!(
+        code,
+        "/// Every shader: `module.pass.stage` and SPIR-V.\npub const ALL: &[(&str, &[u8])] = &[\n{all}];"
+    )
+    .expect("a String");
     writeln!(
         code,
         "/// Files that shaders include: path below `glsl/` and text.\npub const INCLUDES: &[(&str, &str)] = &[\n{includes}];"

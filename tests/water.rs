@@ -11,8 +11,8 @@ use whitecap::{
     water::{
         cpu, oracle,
         starts::{self, Start},
-        Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Error, Model, Tuning, Walls, Waves, WavesState,
-        LAND_M,
+        Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Error, Model, Tuning, Walls, Waves,
+        WavesState, LAND_M,
     },
 };
 
@@ -95,7 +95,8 @@ fn assert_same(gpu: &TestGpu, what: &str, got: &[f32], exact: &[f64], same: &[f3
 fn waves_do_what_the_twin_does_on_grids_of_every_shape() {
     let gpu = gpu();
     for cells in GRIDS {
-        for (diagonal, walls) in [(0.0, Walls::Folded), (0.25, Walls::Folded), (1.0, Walls::Dropped), (0.7, Walls::Folded)]
+        for (diagonal, walls) in
+            [(0.0, Walls::Folded), (0.25, Walls::Folded), (1.0, Walls::Dropped), (0.7, Walls::Folded)]
         {
             let start = starts::hump(Model { walls, ..starts::model(cells, diagonal) });
             let (height, velocity) = run_waves(&gpu, TUNING, &start, 40);
@@ -118,7 +119,8 @@ fn waves_round_islands_do_what_the_twin_does() {
             assert!(start.height_m.contains(&LAND_M), "{cells}");
             let (height, velocity) = run_waves(&gpu, TUNING, &start, 40);
             let (exact, same) = (twin::<f64>(&start, 40), twin::<f32>(&start, 40));
-            let wet = |h: &[f32]| -> Vec<f32> { h.iter().map(|&h| if h == LAND_M { 0.0 } else { h }).collect() };
+            let wet =
+                |h: &[f32]| -> Vec<f32> { h.iter().map(|&h| if h == LAND_M { 0.0 } else { h }).collect() };
             let exact_wet: Vec<f64> =
                 exact.height_m.iter().map(|&h| if h == f64::from(LAND_M) { 0.0 } else { h }).collect();
             assert_same(&gpu, &format!("{cells}"), &wet(&height), &exact_wet, &wet(&same.height_m));
@@ -233,8 +235,16 @@ fn flat_water_stays_flat_to_the_bit() {
 fn a_spike_reaches_its_neighbours_and_nobody_else() {
     let gpu = gpu();
     let cells = uvec2(35, 20);
-    for at in [uvec2(0, 0), uvec2(34, 0), uvec2(0, 19), uvec2(34, 19), uvec2(34, 7), uvec2(0, 7), uvec2(16, 0), uvec2(15, 16)]
-    {
+    for at in [
+        uvec2(0, 0),
+        uvec2(34, 0),
+        uvec2(0, 19),
+        uvec2(34, 19),
+        uvec2(34, 7),
+        uvec2(0, 7),
+        uvec2(16, 0),
+        uvec2(15, 16),
+    ] {
         let mut start = starts::flat(starts::model(cells, 1.0), 0.0);
         start.height_m[(at.y * cells.x + at.x) as usize] = 1.0;
         let (waves, book) = (run_waves(&gpu, TUNING, &start, 1).0, run_book(&gpu, &start, 1));
@@ -251,9 +261,13 @@ fn a_spike_reaches_its_neighbours_and_nobody_else() {
 #[test]
 fn volume_is_conserved() {
     let gpu = gpu();
-    for start in [starts::hump(starts::model(uvec2(128, 96), 0.25)), starts::islands(starts::model(uvec2(128, 96), 1.0))] {
+    for start in [
+        starts::hump(starts::model(uvec2(128, 96), 0.25)),
+        starts::islands(starts::model(uvec2(128, 96), 1.0)),
+    ] {
         let (height, _) = run_waves(&gpu, TUNING, &start, 10_000);
-        let drift = (oracle::volume(&height) - oracle::volume(&start.height_m)) / oracle::volume(&start.height_m);
+        let drift =
+            (oracle::volume(&height) - oracle::volume(&start.height_m)) / oracle::volume(&start.height_m);
         println!("{}: volume drift after 10000 steps: {drift:e}", start.name);
         assert!(drift.abs() < 1e-6);
     }
@@ -263,11 +277,13 @@ fn volume_is_conserved() {
 #[test]
 fn a_standing_wave_swings_at_the_frequency_of_the_scheme() {
     let gpu = gpu();
-    for (diagonal, m) in [(0.0, uvec2(3, 2)), (0.25, uvec2(5, 1)), (1.0, uvec2(1, 7)), (0.25, uvec2(95, 63))] {
+    for (diagonal, m) in [(0.0, uvec2(3, 2)), (0.25, uvec2(5, 1)), (1.0, uvec2(1, 7)), (0.25, uvec2(95, 63))]
+    {
         let model = Model { damping_per_s: 0.0, ..starts::model(uvec2(96, 64), diagonal) };
         let start = starts::standing(model, m, 0.1);
         let steps = (40..400).max_by_key(|&n| {
-            (1e6 * oracle::swing(oracle::turn(&model, m), n, false).abs()) as u64 // not near a node
+            (1e6 * oracle::swing(oracle::turn(&model, m), n, false).abs()) as u64
+            // not near a node
         });
         let steps = steps.unwrap();
         let want = oracle::swing(oracle::turn(&model, m), steps, false);
@@ -290,7 +306,8 @@ fn one_step_is_the_discrete_symbol() {
             let (height, _) = run_waves(&gpu, TUNING, &start, 1);
             let shape = oracle::mode(model.cells, m);
             let got = oracle::amplitude(&height, &shape);
-            let want = 1.0 - model.courant().powi(2) * oracle::symbol(oracle::mode_k(model.cells, m), diagonal);
+            let want =
+                1.0 - model.courant().powi(2) * oracle::symbol(oracle::mode_k(model.cells, m), diagonal);
             assert!((got - want).abs() < 2e-6, "w = {diagonal}, mode {m}: {got}, not {want}");
         }
     }
@@ -302,7 +319,8 @@ fn energy_is_conserved_when_nothing_damps() {
     let model = Model { damping_per_s: 0.0, ..starts::model(uvec2(64, 64), 0.25) };
     let start = starts::hump(model);
     let energy = |(h, v): (Vec<f32>, Vec<f32>)| oracle::energy(&model, &h, &v);
-    let (early, late) = (energy(run_waves(&gpu, TUNING, &start, 10)), energy(run_waves(&gpu, TUNING, &start, 10_000)));
+    let (early, late) =
+        (energy(run_waves(&gpu, TUNING, &start, 10)), energy(run_waves(&gpu, TUNING, &start, 10_000)));
     println!("energy drift after 10000 steps: {:e}", late / early - 1.0);
     assert!((late / early - 1.0).abs() < 1e-6);
 }
@@ -318,10 +336,21 @@ fn the_documented_step_is_the_longest_stable_one() {
                 let mut start = starts::noise(model);
                 if land {
                     let islands = starts::islands(model).height_m;
-                    start.height_m.iter_mut().zip(islands).filter(|(_, i)| *i == LAND_M).for_each(|(h, _)| *h = LAND_M);
+                    start
+                        .height_m
+                        .iter_mut()
+                        .zip(islands)
+                        .filter(|(_, i)| *i == LAND_M)
+                        .for_each(|(h, _)| *h = LAND_M);
                 }
                 let (height, _) = run_waves(&gpu, TUNING, &start, 4000);
-                height.iter().filter(|h| **h != LAND_M).fold(0f32, |m, h| if h.is_finite() { m.max(h.abs()) } else { f32::MAX })
+                height.iter().filter(|h| **h != LAND_M).fold(0f32, |m, h| {
+                    if h.is_finite() {
+                        m.max(h.abs())
+                    } else {
+                        f32::MAX
+                    }
+                })
             };
             let (below, above) = (highest(0.99), highest(1.01));
             println!("w = {diagonal}, land {land}: {below} m at 0.99, {above:e} m at 1.01 of the longest stable step");
@@ -338,7 +367,12 @@ fn a_step_above_the_limit_is_refused_with_the_limit() {
     let long = model.with_courant(1.01 * model.courant_limit());
     let text = long.check().unwrap_err().to_string();
     assert!(text.starts_with("dt_s = 0.098"), "{text}");
-    assert!(text.ends_with("allowed is at most 0.097768 s, the longest stable step of 0.5 m cells and waves of 4.4290 m/s"), "{text}");
+    assert!(
+        text.ends_with(
+            "allowed is at most 0.097768 s, the longest stable step of 0.5 m cells and waves of 4.4290 m/s"
+        ),
+        "{text}"
+    );
     assert_eq!(model.with_courant(model.courant_limit()).check(), Ok(()));
     for (bad, key) in [
         (Model { cells: uvec2(0, 4), ..model }, "cells"),
@@ -370,12 +404,25 @@ fn a_start_that_is_not_finite_is_refused() {
 
 fn disturb_params(model: &Model, pitch: u32, stride: u32) -> DisturbParams {
     let cell_m = model.cell_m as f32;
-    DisturbParams { cells: model.cells, pitch, stride, cell_m, limit_m: 10.0, has_velocity: u32::from(stride == 1) }
+    DisturbParams {
+        cells: model.cells,
+        pitch,
+        stride,
+        cell_m,
+        limit_m: 10.0,
+        has_velocity: u32::from(stride == 1),
+    }
 }
 
 /// Inside, across walls and shores, overlapping, smaller than a column, and what must not get in.
 fn disturbances() -> Vec<Disturbance> {
-    let d = |x, y, radius_m, volume_m3, push_m3ps| Disturbance { at_m: vec2(x, y), radius_m, volume_m3, push_m3ps, ..Default::default() };
+    let d = |x, y, radius_m, volume_m3, push_m3ps| Disturbance {
+        at_m: vec2(x, y),
+        radius_m,
+        volume_m3,
+        push_m3ps,
+        ..Default::default()
+    };
     let mut list = vec![
         d(10.0, 8.0, 3.0, 2.0, 0.0),
         d(11.0, 9.0, 2.0, -1.0, 4.0),

@@ -13,6 +13,8 @@ pub enum Access {
     ComputeReadWrite,
     /// Arguments of an indirect dispatch or draw.
     IndirectRead,
+    /// Indices of a draw.
+    IndexRead,
     /// A vertex or fragment shader reads buffers or images.
     GraphicsRead,
     /// Colour attachment, written, blended or resolved.
@@ -23,7 +25,8 @@ pub enum Access {
     CopyRead,
     /// Destination of a copy.
     CopyWrite,
-    /// `vkCmdFillBuffer` (a CLEAR, not a COPY, in synchronization2 terms).
+    /// `vkCmdFillBuffer`: a CLEAR, not a COPY, in synchronization2 terms. Older validation layers take it for a COPY, so
+    /// the barrier names both.
     FillWrite,
     /// The host reads mapped memory.
     HostRead,
@@ -36,12 +39,14 @@ impl Access {
         match self {
             Self::ComputeRead => (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ),
             Self::ComputeWrite => (S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE),
-            Self::ComputeReadWrite => (S::COMPUTE_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE)),
+            Self::ComputeReadWrite => {
+                (S::COMPUTE_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE))
+            }
             Self::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
-            Self::GraphicsRead => (
-                S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()),
-                A::SHADER_STORAGE_READ,
-            ),
+            Self::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
+            Self::GraphicsRead => {
+                (S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()), A::SHADER_STORAGE_READ)
+            }
             Self::ColorWrite => {
                 (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))
             }
@@ -51,7 +56,7 @@ impl Access {
             ),
             Self::CopyRead => (S::COPY, A::TRANSFER_READ),
             Self::CopyWrite => (S::COPY, A::TRANSFER_WRITE),
-            Self::FillWrite => (S::CLEAR, A::TRANSFER_WRITE),
+            Self::FillWrite => (S::from_raw(S::CLEAR.as_raw() | S::COPY.as_raw()), A::TRANSFER_WRITE),
             Self::HostRead => (S::HOST, A::HOST_READ),
             Self::HostWrite => (S::HOST, A::HOST_WRITE),
         }

@@ -37,11 +37,16 @@ pub struct Adapter {
 
 impl Adapter {
     pub(super) fn all(instance: &ash::Instance) -> Result<Vec<Self>> {
-        let physical = unsafe { instance.enumerate_physical_devices() }.or_call("vkEnumeratePhysicalDevices")?;
+        let physical =
+            unsafe { instance.enumerate_physical_devices() }.or_call("vkEnumeratePhysicalDevices")?;
         physical.into_iter().enumerate().map(|(index, it)| Self::describe(instance, index, it)).collect()
     }
 
-    pub(super) fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice) -> Result<Self> {
+    pub(super) fn describe(
+        instance: &ash::Instance,
+        index: usize,
+        physical: vk::PhysicalDevice,
+    ) -> Result<Self> {
         let props = unsafe { instance.get_physical_device_properties(physical) };
         let name = text(props.device_name_as_c_str().unwrap_or(c"?"));
         let mut missing = Vec::new();
@@ -93,7 +98,8 @@ impl Adapter {
         self.subgroup = subgroup.subgroup_size;
         self.uuid = ids.device_uuid.iter().map(|byte| format!("{byte:02x}")).collect();
         let words = [driver.driver_name_as_c_str(), driver.driver_info_as_c_str()];
-        let words: Vec<String> = words.into_iter().flatten().map(text).filter(|word| !word.is_empty()).collect();
+        let words: Vec<String> =
+            words.into_iter().flatten().map(text).filter(|word| !word.is_empty()).collect();
         self.driver = words.join(" ");
 
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
@@ -106,7 +112,8 @@ impl Adapter {
             ("dynamicRendering", v13.dynamic_rendering),
             ("maintenance4", v13.maintenance4),
         ];
-        self.missing.extend(needed.iter().filter(|(_, has)| *has == vk::FALSE).map(|(name, _)| name.to_string()));
+        self.missing
+            .extend(needed.iter().filter(|(_, has)| *has == vk::FALSE).map(|(name, _)| name.to_string()));
         let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }
             .or_call("vkEnumerateDeviceExtensionProperties")?;
         let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));

@@ -34,7 +34,9 @@ impl PipelineCache {
 
     /// Writes beside the file and renames, so that a reader never sees half of it.
     pub fn save(&self, device: &ash::Device) {
-        let Some(file) = self.file.as_ref().filter(|_| self.is_stale.swap(false, Ordering::Relaxed)) else { return };
+        let Some(file) = self.file.as_ref().filter(|_| self.is_stale.swap(false, Ordering::Relaxed)) else {
+            return;
+        };
         let Ok(data) = (unsafe { device.get_pipeline_cache_data(self.raw) }) else { return };
         let beside = file.with_extension(format!("{}.tmp", process::id()));
         let written = file.parent().is_some_and(|folder| fs::create_dir_all(folder).is_ok())

@@ -102,8 +102,11 @@ impl Gpu {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
-        let extensions: Vec<_> =
-            adapter.is_portability_subset.then_some(khr::portability_subset::NAME.as_ptr()).into_iter().collect();
+        let extensions: Vec<_> = adapter
+            .is_portability_subset
+            .then_some(khr::portability_subset::NAME.as_ptr())
+            .into_iter()
+            .collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
@@ -144,7 +147,9 @@ impl Gpu {
     pub unsafe fn from_external(external: &External<'_>) -> Result<Self> {
         let mut adapter = Adapter::describe(external.instance, 0, external.physical)?;
         if !adapter.missing.is_empty() {
-            return Err(Error::NoDevice { missing: vec![format!("{}: {}", adapter.name, adapter.missing.join(", "))] });
+            return Err(Error::NoDevice {
+                missing: vec![format!("{}: {}", adapter.name, adapter.missing.join(", "))],
+            });
         }
         adapter.family = external.family;
         Self::assemble(Assembly {
@@ -169,7 +174,8 @@ impl Gpu {
             allocation_sizes: Default::default(),
         })
         .map_err(|source| Error::Memory { name: "allocator".into(), bytes: 0, source })?;
-        let debug = parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
+        let debug =
+            parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
         let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
         let gpu = Self(Arc::new(Inner {
             cache,

@@ -69,7 +69,13 @@ impl Image {
     ///
     /// # Panics
     /// If `samples` is not a power of two.
-    pub fn new(gpu: &Gpu, name: &str, [width, height]: [u32; 2], purpose: ImageUse, samples: u32) -> Result<Self> {
+    pub fn new(
+        gpu: &Gpu,
+        name: &str,
+        [width, height]: [u32; 2],
+        purpose: ImageUse,
+        samples: u32,
+    ) -> Result<Self> {
         assert!(samples.is_power_of_two(), "`{name}`: {samples} samples");
         let allowed = gpu.limits().max_image_dimension2_d;
         if width.max(height) > allowed {
@@ -116,17 +122,17 @@ impl Image {
             })
             .map_err(|source| Error::Memory { name: name.into(), bytes: requirements.size, source })?;
         let (memory, offset) = unsafe { (image.memory.memory(), image.memory.offset()) };
-        unsafe { device.bind_image_memory(image.raw, memory, offset) }.or_call_for("vkBindImageMemory", name)?;
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(purpose.aspect())
-            .level_count(1)
-            .layer_count(1);
+        unsafe { device.bind_image_memory(image.raw, memory, offset) }
+            .or_call_for("vkBindImageMemory", name)?;
+        let range =
+            vk::ImageSubresourceRange::default().aspect_mask(purpose.aspect()).level_count(1).layer_count(1);
         let view = vk::ImageViewCreateInfo::default()
             .image(image.raw)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(purpose.format())
             .subresource_range(range);
-        image.view = unsafe { device.create_image_view(&view, None) }.or_call_for("vkCreateImageView", name)?;
+        image.view =
+            unsafe { device.create_image_view(&view, None) }.or_call_for("vkCreateImageView", name)?;
         gpu.set_name(image.raw, name);
         gpu.set_name(image.view, name);
         let image = Self(Arc::new(image));

@@ -40,7 +40,8 @@ impl Instance {
         extensions.extend(has_debug_utils.then_some(ext::debug_utils::NAME.as_ptr()));
         extensions.extend(portability.then_some(khr::portability_enumeration::NAME.as_ptr()));
         let layers: &[_] = if validate { &[LAYER.as_ptr()] } else { &[] };
-        let app = vk::ApplicationInfo::default().application_name(c"whitecap").api_version(vk::API_VERSION_1_3);
+        let app =
+            vk::ApplicationInfo::default().application_name(c"whitecap").api_version(vk::API_VERSION_1_3);
         let on = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&on);
         let mut info = vk::InstanceCreateInfo::default()

@@ -33,12 +33,17 @@ impl Kernel {
     pub fn new<P>(gpu: &Gpu, info: &KernelInfo<'_>) -> Result<Self> {
         let mismatch = |what| Error::Interface { kernel: info.name.to_string_lossy().into_owned(), what };
         let interface = reflect(info.spv, info.constants).map_err(mismatch)?;
-        let size = interface.local_size.ok_or_else(|| mismatch("no workgroup size: not a compute shader".into()))?;
+        let size =
+            interface.local_size.ok_or_else(|| mismatch("no workgroup size: not a compute shader".into()))?;
         let limits = gpu.limits();
         let allowed = limits.max_compute_work_group_invocations;
-        let fits = size.iter().zip(limits.max_compute_work_group_size).all(|(&n, most)| (1..=most).contains(&n));
+        let fits =
+            size.iter().zip(limits.max_compute_work_group_size).all(|(&n, most)| (1..=most).contains(&n));
         if !fits || size.iter().map(|&n| u64::from(n)).product::<u64>() > u64::from(allowed) {
-            return Err(mismatch(format!("workgroup {size:?}, and {} allows {allowed} invocations", gpu.name())));
+            return Err(mismatch(format!(
+                "workgroup {size:?}, and {} allows {allowed} invocations",
+                gpu.name()
+            )));
         }
         let host =
             HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };

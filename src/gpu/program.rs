@@ -49,7 +49,11 @@ impl Program {
         let mut program = Self {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
-            bind_point: if is_compute { vk::PipelineBindPoint::COMPUTE } else { vk::PipelineBindPoint::GRAPHICS },
+            bind_point: if is_compute {
+                vk::PipelineBindPoint::COMPUTE
+            } else {
+                vk::PipelineBindPoint::GRAPHICS
+            },
             stages,
             interface,
             name: name.into(),
@@ -150,10 +154,9 @@ pub(super) struct HostSide<'a> {
 }
 
 fn check(spv: &Interface, host: &HostSide<'_>) -> Result<(), String> {
-    let in_spv: Vec<(u32, &str)> = spv.blocks.iter().map(|(b, block)| (*b, block.name.as_str())).collect();
-    let in_rust: Vec<(u32, &str)> = (0..).zip(host.blocks.iter().copied()).collect();
-    if in_spv != in_rust {
-        return Err(format!("bindings are {in_spv:?} in GLSL, {in_rust:?} in Rust"));
+    let in_spv: Vec<&str> = spv.blocks.values().map(|block| block.name.as_str()).collect();
+    if in_spv != host.blocks {
+        return Err(format!("bindings are {in_spv:?} in GLSL, {:?} in Rust", host.blocks));
     }
     if spv.push_bytes != host.push_bytes {
         return Err(format!("push constants: {} bytes in GLSL, {} in Rust", spv.push_bytes, host.push_bytes));
@@ -243,11 +246,8 @@ impl Bound {
                 .descriptor_type(block.kind);
             match (resource, block.kind) {
                 (Resource::Buffer(buffer), vk::DescriptorType::STORAGE_BUFFER) => {
-                    let whole = vk::DescriptorBufferInfo {
-                        buffer: buffer.raw(),
-                        offset: 0,
-                        range: vk::WHOLE_SIZE,
-                    };
+                    let whole =
+                        vk::DescriptorBufferInfo { buffer: buffer.raw(), offset: 0, range: vk::WHOLE_SIZE };
                     let write = write.buffer_info(slice::from_ref(&whole));
                     unsafe { device.update_descriptor_sets(&[write], &[]) };
                     bound._buffers.push((*buffer).clone());

@@ -85,9 +85,15 @@ impl<'g> Recorder<'g> {
         if let Some(flush) = &mut self.flush {
             flush.stamp(self.cmd);
         } else {
-            // ALL_COMMANDS: taken when everything before has finished, so that a span starts where the last ends.
+            // ALL_COMMANDS: taken when everything before has finished, so that a span starts where the last ends. Software
+            // drivers wait for it only at a barrier; this one orders execution alone, so it hides no missing one.
             let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
-            unsafe { self.gpu.device().cmd_write_timestamp2(self.cmd, stage, self.queries, query) };
+            let wait = vk::MemoryBarrier2::default().src_stage_mask(stage).dst_stage_mask(stage);
+            let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&wait));
+            unsafe {
+                self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info);
+                self.gpu.device().cmd_write_timestamp2(self.cmd, stage, self.queries, query);
+            }
         }
     }
 
@@ -124,6 +130,26 @@ impl<'g> Recorder<'g> {
         assert!(bound.program().interface.local_size.is_none(), "{:?} is a kernel", bound.program().name);
         self.bind(bound, params);
         unsafe { self.gpu.device().cmd_draw(self.cmd, vertices, instances, 0, 0) };
+    }
+
+    /// Draws the 16-bit `indices` once for each of `instances`. Inside [`Recorder::render`] only.
+    ///
+    /// # Panics
+    /// If `bound` is a kernel, or `params` is not of its size.
+    pub fn draw_indexed<P: bytemuck::Pod>(
+        &mut self,
+        bound: &Bound,
+        indices: &Buffer,
+        instances: u32,
+        params: &P,
+    ) {
+        assert!(bound.program().interface.local_size.is_none(), "{:?} is a kernel", bound.program().name);
+        self.bind(bound, params);
+        let (device, count) = (self.gpu.device(), (indices.bytes() / 2) as u32);
+        unsafe {
+            device.cmd_bind_index_buffer(self.cmd, indices.raw(), 0, vk::IndexType::UINT16);
+            device.cmd_draw_indexed(self.cmd, count, instances, 0, 0, 0);
+        }
     }
 
     fn bind<P: bytemuck::Pod>(&mut self, bound: &Bound, params: &P) {

@@ -81,7 +81,9 @@ pub fn reflect(spv: &[u8], constants: &[u32]) -> Result<Interface, String> {
                 let (kind, access) = match desc_ty {
                     DescriptorType::StorageBuffer(access) => (vk::DescriptorType::STORAGE_BUFFER, access),
                     DescriptorType::StorageImage(access) => (vk::DescriptorType::STORAGE_IMAGE, access),
-                    other => return Err(format!("binding {binding} is {other:?}, not a storage buffer or image")),
+                    other => {
+                        return Err(format!("binding {binding} is {other:?}, not a storage buffer or image"))
+                    }
                 };
                 let block = match ty {
                     Type::Struct(it) => it.name.as_deref(),
@@ -130,11 +132,17 @@ impl Interface {
         for (binding, block) in other.blocks {
             let here = self.blocks.entry(binding).or_insert_with(|| block.clone());
             if (&here.name, here.kind) != (&block.name, block.kind) {
-                return Err(format!("binding {binding} is `{}` in one stage, `{}` in another", here.name, block.name));
+                return Err(format!(
+                    "binding {binding} is `{}` in one stage, `{}` in another",
+                    here.name, block.name
+                ));
             }
         }
         if self.push_bytes != 0 && other.push_bytes != 0 && self.push_bytes != other.push_bytes {
-            return Err(format!("push constants: {} bytes in one stage, {} in another", self.push_bytes, other.push_bytes));
+            return Err(format!(
+                "push constants: {} bytes in one stage, {} in another",
+                self.push_bytes, other.push_bytes
+            ));
         }
         self.push_bytes = self.push_bytes.max(other.push_bytes);
         self.constants.extend(other.constants);

@@ -106,7 +106,8 @@ impl Submitter {
 
         let mut ticks = vec![[0u64; 2]; if fenced.is_empty() { names.len() } else { 0 }];
         if !ticks.is_empty() {
-            let (flat, flags) = (ticks.as_flattened_mut(), vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT);
+            let (flat, flags) =
+                (ticks.as_flattened_mut(), vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT);
             unsafe { device.get_query_pool_results(self.queries, 0, flat, flags) }
                 .or_call("vkGetQueryPoolResults")?;
         }

@@ -51,7 +51,8 @@ impl Book {
         let buffer = |name: &str| Buffer::new(&self.gpu, name, bytes, Residence::Device);
         let columns = [buffer("water.columns.0")?, buffer("water.columns.1")?];
         let bind = |from: usize| {
-            self.step.bind(&[("Columns", (&columns[from]).into()), ("NewColumns", (&columns[1 - from]).into())])
+            self.step
+                .bind(&[("Columns", (&columns[from]).into()), ("NewColumns", (&columns[1 - from]).into())])
         };
         Ok(BookState { steps: [bind(0)?, bind(1)?], columns, current: 0, cells })
     }
@@ -71,7 +72,11 @@ impl BookState {
     /// # Panics
     /// If `params` are of another grid.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
-        assert_eq!((params.cells, params.pitch), (self.cells, self.cells.x), "grid of the parameters and of the state");
+        assert_eq!(
+            (params.cells, params.pitch),
+            (self.cells, self.cells.x),
+            "grid of the parameters and of the state"
+        );
         let threads = [self.cells.x, self.cells.y, 1];
         rec.span(c"water.book", |rec| rec.dispatch(&self.steps[self.current], threads, params));
         self.current = 1 - self.current;
@@ -108,7 +113,8 @@ impl BookState {
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32]) -> Result<(), Error> {
         check_heights("height_m", height_m, self.cells)?;
-        let columns: Vec<_> = height_m.iter().map(|&height_m| Column { height_m, flow_mps: [0.0; 4] }).collect();
+        let columns: Vec<_> =
+            height_m.iter().map(|&height_m| Column { height_m, flow_mps: [0.0; 4] }).collect();
         Ok(gpu.upload_to(self.columns(), &columns)?)
     }
 

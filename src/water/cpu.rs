@@ -2,7 +2,7 @@
 //! CPU twins: each does what the kernel of the same name does, column by column, in the same order of operations, in
 //! `f64` as the reference, or in `f32` to be compared with the GPU bit for bit. Written to be read beside the GLSL.
 
-use super::{Counts, DisturbParams, Disturbance, Model, Params, Walls, LAND_M};
+use super::{Counts, DisturbParams, Disturbance, Model, Walls, LAND_M};
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// `f32` or `f64`.
@@ -41,7 +41,7 @@ impl Real for f64 {
     }
 }
 
-/// [`Params`] in the twin's precision: rounded as the GPU has them in `f32`, exact in `f64`.
+/// [`super::Params`] in the twin's precision: rounded as the GPU has them in `f32`, exact in `f64`.
 #[derive(Clone, Copy, Debug)]
 struct Numbers<T> {
     width: usize,
@@ -67,7 +67,7 @@ impl<T: Real> Numbers<T> {
         }
     }
 
-    /// See [`Params::first_from_rest`].
+    /// See [`super::Params::first_from_rest`].
     fn first_from_rest(self) -> Self {
         Self { pull: T::of(0.5) * self.pull, ..self }
     }
@@ -93,7 +93,7 @@ impl<T: Real> Waves<T> {
         }
     }
 
-    /// One step with half the pull: see [`Params::first_from_rest`].
+    /// One step with half the pull: see [`super::Params::first_from_rest`].
     pub fn first_step_from_rest(&mut self) {
         self.step_with(self.numbers.first_from_rest());
     }
@@ -105,29 +105,39 @@ impl<T: Real> Waves<T> {
 
     fn step_with(&mut self, p: Numbers<T>) {
         let old = self.height_m.clone();
-        let land = T::of(f64::from(LAND_M));
         for y in 0..p.height {
             for x in 0..p.width {
                 let i = y * p.width + x;
-                let centre = old[i];
-                if centre == land {
+                let Some(sum) = laplacian(&p, &old, x, y) else {
                     self.velocity_mps[i] = T::default();
                     continue;
-                }
-                let at = |dx: isize, dy: isize| neighbour(&p, &old, land, x, y, dx, dy);
-                let [n, s, w, e] = [at(0, -1), at(0, 1), at(-1, 0), at(1, 0)];
-                let side = |side: T| if side == land { T::default() } else { side - centre };
-                let corner = |corner: T, row: T, column: T| corner_pull(&p, land, corner, row, column, centre);
-                let sides = (side(w) + side(e)) + (side(n) + side(s));
-                let corners = (corner(at(-1, -1), n, w) + corner(at(1, -1), n, e))
-                    + (corner(at(-1, 1), s, w) + corner(at(1, 1), s, e));
-                let sum = sides + p.diagonal * corners;
+                };
                 let v = p.keep * (self.velocity_mps[i] + p.pull * sum);
                 self.velocity_mps[i] = v;
-                self.height_m[i] = centre + p.dt * v;
+                self.height_m[i] = old[i] + p.dt * v;
             }
         }
     }
+}
+
+/// The stencil's sum at `(x, y)`; `None` on land.
+fn laplacian<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T> {
+    let land = T::of(f64::from(LAND_M));
+    let centre = old[y * p.width + x];
+    let at = |dx: isize, dy: isize| neighbour(p, old, land, x, y, dx, dy);
+    let [n, s, w, e] = [at(0, -1), at(0, 1), at(-1, 0), at(1, 0)];
+    let side = |side: T| if side == land { T::default() } else { side - centre };
+    let corner = |corner: T, row: T, column: T| corner_pull(p, land, corner, row, column, centre);
+    let sides = (side(w) + side(e)) + (side(n) + side(s));
+    let corners = (corner(at(-1, -1), n, w) + corner(at(1, -1), n, e))
+        + (corner(at(-1, 1), s, w) + corner(at(1, 1), s, e));
+    (centre != land).then(|| sides + p.diagonal * corners)
+}
+
+/// The stencil's sum at every column, 0 on land: for the discrete energy.
+pub fn laplacians(model: &Model, height_m: &[f64]) -> Vec<f64> {
+    let p = Numbers::<f64>::new(model);
+    (0..height_m.len()).map(|i| laplacian(&p, height_m, i % p.width, i / p.width).unwrap_or(0.0)).collect()
 }
 
 /// The column beside `(x, y)`, land beyond the grid.
@@ -172,7 +182,7 @@ impl<T: Real> Book<T> {
         }
     }
 
-    /// One step with half the pull: see [`Params::first_from_rest`].
+    /// One step with half the pull: see [`super::Params::first_from_rest`].
     pub fn first_step_from_rest(&mut self) {
         self.flows(self.numbers.first_from_rest());
         self.heights();
@@ -223,13 +233,15 @@ impl<T: Real> Book<T> {
         let p = self.numbers;
         let flow = |x: usize, y: usize, dx: isize, dy: isize, k: usize| {
             let from = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
-            from.filter(|&(x, _)| x < p.width).map_or(T::default(), |(x, y)| self.flow_mps[y * p.width + x][k])
+            from.filter(|&(x, _)| x < p.width)
+                .map_or(T::default(), |(x, y)| self.flow_mps[y * p.width + x][k])
         };
         for y in 0..p.height {
             for x in 0..p.width {
                 let own = self.flow_mps[y * p.width + x];
                 let gain = (own[0] + own[1]) + (own[2] + own[3]);
-                let loss = (flow(x, y, -1, 0, 0) + flow(x, y, -1, -1, 1)) + (flow(x, y, 0, -1, 2) + flow(x, y, 1, -1, 3));
+                let loss = (flow(x, y, -1, 0, 0) + flow(x, y, -1, -1, 1))
+                    + (flow(x, y, 0, -1, 2) + flow(x, y, 1, -1, 3));
                 let i = y * p.width + x;
                 self.height_m[i] = self.height_m[i] + p.dt * (gain - loss);
             }
@@ -278,7 +290,8 @@ impl BookAsPrinted {
 
         let (w, h) = (self.width, self.height);
         let index = |x: isize, y: isize| usize::try_from(x + y * w).ok().filter(|&i| i < self.flow.len());
-        let loaded = |x: isize, y: isize| index(x, y).map_or((0.0, [0.0; 4]), |i| (self.height_m[i], self.flow[i]));
+        let loaded =
+            |x: isize, y: isize| index(x, y).map_or((0.0, [0.0; 4]), |i| (self.height_m[i], self.flow[i]));
         let new_flow = |x: isize, y: isize| {
             let (here, old) = loaded(x, y);
             let not_right = x < w - 1;
@@ -297,8 +310,10 @@ impl BookAsPrinted {
                 let i = (x + y * w) as usize;
                 let own = new_flow(x, y);
                 let gain: f64 = own.iter().sum();
-                let loss =
-                    new_flow(x - 1, y)[0] + new_flow(x - 1, y - 1)[1] + new_flow(x, y - 1)[2] + new_flow(x + 1, y - 1)[3];
+                let loss = new_flow(x - 1, y)[0]
+                    + new_flow(x - 1, y - 1)[1]
+                    + new_flow(x, y - 1)[2]
+                    + new_flow(x + 1, y - 1)[3];
                 next.0[i] += gain - loss;
                 next.1[i] = own;
             }
@@ -373,9 +388,4 @@ fn weight_of(c: [u32; 2], d: &Disturbance, p: &DisturbParams) -> f32 {
     let r = ((c + 0.5) * p.cell_m - d.at_m) / d.radius_m;
     let x = (1.0 - r.length_squared()).max(0.0);
     x * x
-}
-
-/// Push constants of a model whose rows are not padded, for tests that run twin and kernel side by side.
-pub fn unpadded(model: &Model) -> Params {
-    model.params(model.cells.x)
 }

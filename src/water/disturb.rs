@@ -79,8 +79,16 @@ impl Disturb {
             Kernel::new::<DisturbParams>(gpu, &KernelInfo { name, spv, blocks, constants: &[] })
         };
         Ok(Self {
-            weigh: kernel(c"water.weigh", shaders::WATER_WEIGH_COMP, &["Height", "Disturbances", "Counters"])?,
-            apply: kernel(c"water.disturb", shaders::WATER_DISTURB_COMP, &["Disturbances", "Height", "Velocity"])?,
+            weigh: kernel(
+                c"water.weigh",
+                shaders::WATER_WEIGH_COMP,
+                &["Height", "Disturbances", "Counters"],
+            )?,
+            apply: kernel(
+                c"water.disturb",
+                shaders::WATER_DISTURB_COMP,
+                &["Disturbances", "Height", "Velocity"],
+            )?,
             gpu: gpu.clone(),
         })
     }
@@ -90,7 +98,12 @@ impl Disturb {
     ///
     /// # Errors
     /// If the device has no room.
-    pub fn list(&self, surfaces: [Surface<'_>; 2], velocity: Option<&Buffer>, capacity: u32) -> Result<Disturbances> {
+    pub fn list(
+        &self,
+        surfaces: [Surface<'_>; 2],
+        velocity: Option<&Buffer>,
+        capacity: u32,
+    ) -> Result<Disturbances> {
         let bytes = HEADER_BYTES as u64 + u64::from(capacity) * size_of::<Disturbance>() as u64;
         let list = Buffer::new(&self.gpu, "water.disturbances", bytes, Residence::Device)?;
         let counters = self.gpu.upload("water.disturbance_counts", &[Counts::default()])?;
@@ -144,7 +157,8 @@ impl Disturbances {
     /// If there is no room.
     pub fn staging(&self, items: &[Disturbance]) -> Result<(Buffer, usize)> {
         let taken = &items[..items.len().min(self.capacity as usize)];
-        let staging = Buffer::new(&self.gpu, "water.disturbances.upload", self.list.bytes(), Residence::Upload)?;
+        let staging =
+            Buffer::new(&self.gpu, "water.disturbances.upload", self.list.bytes(), Residence::Upload)?;
         staging.write(0, &[taken.len() as u32, 0, 0, 0]);
         staging.write(HEADER_BYTES, taken);
         Ok((staging, items.len() - taken.len()))

@@ -21,7 +21,7 @@
 pub mod book;
 pub mod cpu;
 pub mod disturb;
-// pub mod draw;
+pub mod draw;
 pub mod oracle;
 pub mod starts;
 pub mod waves;

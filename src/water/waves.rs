@@ -98,7 +98,11 @@ impl WavesState {
     /// # Panics
     /// If `params` are of another grid.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
-        assert_eq!((params.cells, params.pitch), (self.cells, self.pitch), "grid of the parameters and of the state");
+        assert_eq!(
+            (params.cells, params.pitch),
+            (self.cells, self.pitch),
+            "grid of the parameters and of the state"
+        );
         let threads = [self.pitch / 4, self.cells.y.div_ceil(self.rows), 1];
         rec.span(c"water.waves", |rec| rec.dispatch(&self.steps[self.current], threads, params));
         self.current = 1 - self.current;

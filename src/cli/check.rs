@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use super::{print, print_json, Failure};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use whitecap::{
+    scene::{builtin, Override, Scene, SceneError},
+    study::shapes::table,
+};
+
+/// Which scene, and what is changed in it.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// A scene file, or the name of a built-in scene (see `whitecap scenes`); the first of them by default
+    #[arg(value_name = "SCENE")]
+    scene: Option<PathBuf>,
+    /// Change a value, as `water.lake.depth_m=3`; may be given again and again
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    set: Vec<Override>,
+    /// Number of pictures
+    #[arg(long, value_name = "N")]
+    frames: Option<u32>,
+    /// Size of the pictures (pixels)
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Seed of everything random, or `random`; the one used is printed
+    #[arg(long, value_name = "N|random", value_parser = seed)]
+    seed: Option<u64>,
+    /// Time step of every water (s)
+    #[arg(long, value_name = "SECONDS")]
+    dt: Option<f64>,
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parse = |n: &str| n.trim().parse::<u32>().ok();
+    let pair = text.split_once(['x', 'X']).and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
+    pair.ok_or_else(|| "not WIDTHxHEIGHT, as in 960x540".into())
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    if text != "random" {
+        return text.parse().map_err(|_| "neither a whole number nor `random`".into());
+    }
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    // TOML's integers are signed.
+    Ok(now.map_or(1, |now| (now.as_nanos() as u64) >> 2))
+}
+
+impl SceneArgs {
+    /// The scene with everything that the arguments change.
+    pub fn load(&self) -> Result<Scene, Failure> {
+        let mut changes = self.set.clone();
+        let mut add = |text: String| -> Result<(), SceneError> {
+            changes.push(text.parse()?);
+            Ok(())
+        };
+        if let Some(frames) = self.frames {
+            add(format!("output.frames={frames}"))?;
+        }
+        if let Some([w, h]) = self.size {
+            add(format!("output.size=[{w}, {h}]"))?;
+        }
+        if let Some(seed) = self.seed {
+            add(format!("seed={seed}"))?;
+        }
+        if let Some(dt) = self.dt {
+            let waters = self.read(&self.set)?.water.len();
+            (0..waters).try_for_each(|i| add(format!("water.{i}.dt_s={dt:?}")))?;
+        }
+        Ok(self.read(&changes)?)
+    }
+
+    fn read(&self, changes: &[Override]) -> Result<Scene, SceneError> {
+        let default = builtin::list().next().map_or("", |(name, _)| name);
+        let name = self.scene.clone().unwrap_or_else(|| default.into());
+        match name
+            .to_str()
+            .filter(|name| builtin::toml(name).is_some() && !std::path::Path::new(name).exists())
+        {
+            Some(name) => builtin::load(name, changes),
+            None if name.extension().is_none() && !name.exists() => {
+                Err(SceneError::NoBuiltin { name: name.display().to_string() })
+            }
+            None => Scene::load(&name, changes),
+        }
+    }
+}
+
+#[derive(Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &CheckArgs) -> Result<(), Failure> {
+    let scene = args.scene.load()?;
+    let plan = scene.plan()?;
+    if args.json {
+        let waters: Vec<_> = plan
+            .waters
+            .iter()
+            .map(|water| {
+                json!({
+                    "name": water.name, "model": water.kind, "reason": water.reason, "dt_s": water.model.dt_s,
+                    "longest_stable_s": water.model.longest_stable_s(), "steps_per_picture": water.steps_per_picture,
+                    "has_land": water.has_land,
+                })
+            })
+            .collect();
+        let passes: Vec<_> =
+            plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
+        return print_json(&json!({
+            "scene": scene, "waters": waters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
+            "warnings": plan.warnings,
+        }));
+    }
+    print(&format!("{}: {} pictures of {:?}\n", scene.title, scene.output.frames, scene.output.size));
+    for water in &plan.waters {
+        let model = &water.model;
+        print(&format!(
+            "water `{}`: {} x {} columns of {:.4} m{}, waves of {:.3} m/s, {} steps a picture\n  {}\n",
+            water.name,
+            model.cells.x,
+            model.cells.y,
+            model.cell_m,
+            if water.has_land { ", with land" } else { "" },
+            model.speed_mps,
+            water.steps_per_picture,
+            water.reason
+        ));
+    }
+    let rows: Vec<_> = plan.passes.iter().map(|(name, runs)| vec![name.clone(), runs.to_string()]).collect();
+    print(&format!("{}\n", table(&["pass", "runs a picture"], &rows)));
+    let mut rows: Vec<_> = plan
+        .buffers
+        .iter()
+        .map(|buffer| vec![buffer.name.clone(), buffer.bytes.to_string(), buffer.because.clone()])
+        .collect();
+    rows.push(vec!["all".into(), plan.bytes().to_string(), String::new()]);
+    print(&table(&["buffer", "bytes", "because of"], &rows));
+    for warning in &plan.warnings {
+        print(&format!("warning: {warning}"));
+    }
+    Ok(())
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Arguments, exit codes and what the commands share.
+
+mod bench;
+mod check;
+mod devices;
+mod hardcases;
+mod run;
+mod scenes;
+mod study;
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
+use whitecap::{
+    gpu::{self, Gpu, GpuOptions},
+    run::{atomic::FileError, RunError},
+    scene::SceneError,
+    water,
+};
+
+/// GPU simulations for real-time scenes, in Vulkan and GLSL, each checked against an f64 twin.
+#[derive(Parser)]
+#[command(version, about, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str =
+    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device or layer, 4 device lost, 5 out of \
+                          memory.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate and render a scene without a window: pictures, contact sheet, clip, stats.json
+    Run(run::RunArgs),
+    /// Explain a scene without running it: models, passes, buffers and bytes, and why
+    Check(check::CheckArgs),
+    /// List the built-in scenes, or print one to start from
+    Scenes(scenes::ScenesArgs),
+    /// List the Vulkan devices, what each lacks, and which path each simulation takes on it
+    Devices(devices::DevicesArgs),
+    /// Run the hard cases on a device, and compare with the limits
+    Hardcases(hardcases::HardcasesArgs),
+    /// Measure the throughput of every variant against the device's copy rate
+    Bench(bench::BenchArgs),
+    /// Measure speed against error on a device: JSON, CSV, plots and a page
+    Study(study::StudyArgs),
+}
+
+/// Which device, and how it is watched.
+#[derive(Args)]
+struct DeviceArgs {
+    /// Index, UUID or part of the name (see `whitecap devices`); the fastest kind by default
+    #[arg(long, value_name = "NAME|INDEX|UUID", env = "WHITECAP_DEVICE")]
+    device: Option<String>,
+    /// Run under the Khronos validation layer with synchronization validation; any message fails the command
+    #[arg(long)]
+    validate: bool,
+}
+
+impl DeviceArgs {
+    fn open(&self) -> Result<Gpu, Failure> {
+        let cache = cache_dir().map(|dir| dir.join("whitecap"));
+        Ok(Gpu::headless(&GpuOptions { device: self.device.clone(), validate: self.validate, cache })?)
+    }
+
+    /// What validation said, as a failure.
+    fn verdict(&self, gpu: &Gpu) -> Result<(), Failure> {
+        let messages = gpu.messages();
+        let messages = messages.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if messages.is_empty() {
+            return Ok(());
+        }
+        let list = messages.join("\n");
+        Err(Failure { code: 1, text: format!("{} validation messages:\n{list}", messages.len()) })
+    }
+}
+
+/// Folder of the user's caches.
+fn cache_dir() -> Option<PathBuf> {
+    let dir = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    dir("XDG_CACHE_HOME")
+        .or_else(|| dir("HOME").map(|home| home.join(".cache")))
+        .or_else(|| dir("LOCALAPPDATA"))
+}
+
+/// Why a command ends, and with which exit code.
+struct Failure {
+    code: u8,
+    text: String,
+}
+
+impl Failure {
+    fn check(text: impl Into<String>) -> Self {
+        Self { code: 1, text: text.into() }
+    }
+
+    fn input(text: impl Display) -> Self {
+        Self { code: 2, text: text.to_string() }
+    }
+}
+
+impl From<gpu::Error> for Failure {
+    fn from(error: gpu::Error) -> Self {
+        let code = match &error {
+            it if it.is_device_lost() => 4,
+            it if it.is_out_of_memory() => 5,
+            gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } => 2,
+            gpu::Error::Loader(_) | gpu::Error::NoDevice { .. } | gpu::Error::NoValidation => 3,
+            _ => 1,
+        };
+        Self { code, text: error.to_string() }
+    }
+}
+
+impl From<water::Error> for Failure {
+    fn from(error: water::Error) -> Self {
+        match error {
+            water::Error::Gpu(error) => error.into(),
+            water::Error::Invalid(invalid) => Self::input(invalid),
+        }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Scene(error) => error.into(),
+            RunError::Water(error) => error.into(),
+            RunError::Gpu(error) => error.into(),
+            RunError::File(error) => error.into(),
+        }
+    }
+}
+
+/// Runs the command that the arguments ask for.
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Scenes(args) => scenes::run(&args),
+        Command::Devices(args) => devices::run(&args),
+        Command::Hardcases(args) => hardcases::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Study(args) => study::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {}", failure.text.trim_end());
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+/// Prints to standard output; a reader that has gone (`| head`) is no error.
+fn print(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{}", text.trim_end());
+}
+
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text =
+        serde_json::to_string_pretty(value).map_err(|e| Failure::check(format!("cannot write JSON: {e}")))?;
+    print(&text);
+    Ok(())
+}
+
+/// A bar of `length`, hidden where standard error is no terminal.
+fn progress_bar(length: u64, unit: &str) -> ProgressBar {
+    let style = format!("{{bar:32}} {{pos}}/{{len}} {unit}, {{eta}} left {{msg}}");
+    let style = ProgressStyle::with_template(&style).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length).with_style(style)
+}

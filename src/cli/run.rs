@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use super::{check::SceneArgs, print, print_json, progress_bar, DeviceArgs, Failure};
+use clap::Args;
+use std::path::PathBuf;
+use whitecap::run::{self, RunOptions};
+
+#[derive(Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Folder of the results
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Write no single pictures, only the contact sheet and the clip
+    #[arg(long)]
+    no_frames: bool,
+    /// Hash the state every so many pictures
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    hash_every: u32,
+    /// Print stats.json to standard output
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(args: &RunArgs) -> Result<(), Failure> {
+    let scene = args.scene.load()?;
+    let gpu = args.device.open()?;
+    let options =
+        RunOptions { out: args.out.clone(), has_frames: !args.no_frames, hash_every: args.hash_every };
+    if !args.json {
+        let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
+        print(&format!("{title} on {} ({}), seed {}", gpu.name(), gpu.adapter().driver, scene.seed));
+    }
+    let bar = progress_bar(scene.output.frames.into(), "pictures");
+    let written = run::run(&gpu, &scene, &options, |done| bar.set_position(done.into()))?;
+    bar.finish_and_clear();
+    for warning in &written.stats.warnings {
+        eprintln!("warning: {warning}");
+    }
+    if args.json {
+        print_json(&written.stats)?;
+    } else {
+        let stats = &written.stats;
+        print(&format!(
+            "{} pictures in {:.1} s, {:.2} s simulated",
+            stats.frames, stats.wall_s, stats.simulated_s
+        ));
+        for water in stats.waters.iter().filter(|water| water.lost_s > 0.0) {
+            print(&format!("water `{}` lost {:.3} s to its cap of steps", water.name, water.lost_s));
+        }
+        for (what, path) in &written.files {
+            print(&format!("  {what:<14} {}", path.display()));
+        }
+    }
+    args.device.verdict(&gpu)
+}

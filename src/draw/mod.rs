@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What every picture has: a view, targets, sky, the heightmap under everything, and the way to bytes. Simulations draw
+//! themselves into it, each in its own `draw` module, from the buffers that they wrote; nothing here steps anything.
+//!
+//! | kernel          | reads                       | writes       |
+//! | --------------- | --------------------------- | ------------ |
+//! | `draw.light`    | views, terrain              | light        |
+//! | `draw.sky`      | views                       | colour       |
+//! | `draw.terrain`  | views, terrain, light       | colour, depth |
+//! | `draw.tonemap`  | views, colour               | pixels       |
+
+mod grid;
+mod stage;
+mod terrain;
+mod view;
+
+pub use grid::Grid;
+pub use stage::Stage;
+pub use terrain::{Terrain, TerrainGrid};
+pub use view::{Camera, View};

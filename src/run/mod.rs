@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The headless runner: steps a scene, draws it, and writes pictures, a contact sheet, a clip and `stats.json`.
+
+pub mod atomic;
+pub mod clip;
+mod falls;
+mod lake;
+pub mod picture;
+pub mod stats;
+
+pub use falls::Falls;
+
+use crate::{
+    draw::{Camera, Stage, View},
+    gpu::{self, Gpu, Submitter},
+    scene::{self, Plan, Scene},
+    water::{self, draw::Look},
+};
+use clip::{Clip, ClipOptions};
+use glam::{UVec2, Vec3};
+use lake::Lake;
+use picture::{contact_sheet, Picture};
+use stats::Stats;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::mpsc,
+    thread,
+    time::Instant,
+};
+
+/// What to write, and where.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// Folder of the results; made if it is not there.
+    pub out: PathBuf,
+    /// Write every picture as a PNG, under `frames/`.
+    pub has_frames: bool,
+    /// Hash the state every so many frames; 0 only at the end.
+    pub hash_every: u32,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// `stats.json` in memory.
+    pub stats: Stats,
+    /// Every file or folder, with what it is.
+    pub files: Vec<(&'static str, PathBuf)>,
+}
+
+/// What can end a run.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Bad input.
+    #[error(transparent)]
+    Scene(#[from] scene::SceneError),
+    /// The device's, or a parameter that only the device refuses.
+    #[error(transparent)]
+    Water(#[from] water::Error),
+    /// The device's.
+    #[error(transparent)]
+    Gpu(#[from] gpu::Error),
+    /// A file that cannot be written.
+    #[error(transparent)]
+    File(#[from] atomic::FileError),
+}
+
+/// Spans that are timed in one picture; further steps are not.
+const SPANS: usize = 64;
+/// Pictures on a contact sheet.
+const SHEET: u32 = 12;
+
+/// A scene on the GPU: waters, and the stage that they are drawn on.
+pub struct World {
+    stage: Stage,
+    lakes: Vec<Lake>,
+    scene: Scene,
+    time_s: f64,
+}
+
+impl World {
+    /// # Errors
+    /// If the device has no room for the scene, or cannot draw.
+    pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
+        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), plan.terrain.clone())?;
+        let look = match scene.output.view {
+            scene::View::Shaded => Look::Shaded,
+            scene::View::Wireframe => {
+                stage.has_surroundings = false;
+                stage.clear = [0.32, 0.32, 0.78, 1.0]; // the book's (0.6, 0.6, 0.9), linear
+                Look::Wireframe
+            }
+        };
+        let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
+        let lakes = lakes
+            .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { stage, lakes, scene: scene.clone(), time_s: 0.0 })
+    }
+
+    /// Lets `frame_s` pass, and draws a picture of what there is then.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn frame(
+        &mut self,
+        submitter: &mut Submitter,
+        frame_s: f64,
+    ) -> Result<(Picture, gpu::Times), RunError> {
+        self.time_s += frame_s;
+        self.look();
+        let mut staged = Vec::new();
+        let mut failed = None;
+        let (stage, lakes) = (&mut self.stage, &mut self.lakes);
+        let times = submitter.run(|rec| {
+            for lake in lakes.iter_mut() {
+                match lake.record(rec, frame_s) {
+                    Ok(buffers) => staged.extend(buffers),
+                    Err(error) => failed = Some(error),
+                }
+            }
+            stage.record(rec, |rec| lakes.iter().for_each(|lake| lake.draw(rec)));
+        })?;
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        let [width, height] = self.scene.output.size;
+        Ok((Picture { width, height, rgba: self.stage.read() }, times))
+    }
+
+    fn look(&mut self) {
+        let camera = self.scene.camera();
+        let place = Camera {
+            eye_m: Vec3::from(camera.eye_at(self.time_s)),
+            target_m: Vec3::from(camera.target_m),
+            fov_rad: camera.fov_deg.to_radians(),
+        };
+        let sun = Vec3::from(self.scene.sun.direction());
+        let size = self.stage.size();
+        self.stage.set_view(&View::new(&place, size, self.time_s as f32, sun, 0.62));
+    }
+
+    /// Hash of every water's state.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn hashes(&self, gpu: &Gpu) -> Result<Vec<String>, RunError> {
+        self.lakes.iter().map(|lake| Ok(format!("{:016x}", lake.hash(gpu)?))).collect()
+    }
+
+    /// Steps of the water that has taken most.
+    pub fn steps(&self) -> u64 {
+        self.lakes.iter().map(Lake::steps).max().unwrap_or(0)
+    }
+}
+
+/// Runs `scene` and writes what `options` ask for. `progress` is called with the number of each finished picture.
+///
+/// # Errors
+/// Bad input before anything runs; a lost device or a full disk while it does.
+pub fn run(
+    gpu: &Gpu,
+    scene: &Scene,
+    options: &RunOptions,
+    mut progress: impl FnMut(u32),
+) -> Result<Written, RunError> {
+    let start = Instant::now();
+    let plan = scene.plan()?;
+    let frames_dir = options.out.join("frames");
+    let folder = if options.has_frames { &frames_dir } else { &options.out };
+    fs::create_dir_all(folder).map_err(atomic::failed(folder, "make the folder"))?;
+
+    let mut stats = Stats {
+        version: env!("CARGO_PKG_VERSION").into(),
+        scene: scene.title.clone(),
+        seed: scene.seed,
+        device: gpu.name().into(),
+        driver: gpu.adapter().driver.clone(),
+        clock: gpu.clock()?.name().into(),
+        frames: scene.output.frames,
+        simulated_s: 0.0,
+        wall_s: 0.0,
+        passes: Vec::new(),
+        waters: Vec::new(),
+        hashes: Vec::new(),
+        warnings: plan.warnings.clone(),
+    };
+    let mut world = World::new(gpu, scene, &plan)?;
+    let mut submitter = Submitter::new(gpu, SPANS)?;
+
+    // Encoding takes as long as drawing: it has a thread of its own, at most two pictures behind.
+    let (sender, receiver) = mpsc::sync_channel::<Picture>(2);
+    let encoder = Encoder::new(scene, options)?;
+    let encoder = thread::spawn(move || encoder.take(receiver));
+    let frame_s = 1.0 / scene.output.fps;
+    for frame in 0..scene.output.frames {
+        // The first picture is the start.
+        let (picture, times) = world.frame(&mut submitter, if frame == 0 { 0.0 } else { frame_s })?;
+        for span in &times.spans {
+            stats.add(&span.name.to_string_lossy(), span.ms);
+        }
+        if options.hash_every > 0 && frame % options.hash_every == 0 {
+            stats.hashes.push((frame, world.hashes(gpu)?));
+        }
+        if sender.send(picture).is_err() {
+            break; // the encoder has failed, and says why below
+        }
+        progress(frame + 1);
+    }
+    drop(sender);
+    let (mut files, warnings) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    stats.warnings.extend(warnings);
+    for lake in &world.lakes {
+        stats.waters.push(lake.stats(gpu)?);
+    }
+    stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
+    stats.wall_s = start.elapsed().as_secs_f64();
+    let path = options.out.join("stats.json");
+    let json = serde_json::to_string_pretty(&stats).expect("statistics are plain data");
+    atomic::write_atomic(&path, |file| file.write_all(json.as_bytes()))?;
+    files.push(("statistics", path));
+    Ok(Written { stats, files })
+}
+
+/// Writes pictures as they come.
+struct Encoder {
+    frames_dir: Option<PathBuf>,
+    sheet_path: PathBuf,
+    sheet_every: u32,
+    clip: Clip,
+}
+
+type Files = (Vec<(&'static str, PathBuf)>, Vec<String>);
+
+impl Encoder {
+    fn new(scene: &Scene, options: &RunOptions) -> Result<Self, RunError> {
+        let [width, height] = scene.output.size;
+        let settings = ClipOptions { fps: scene.output.fps, ..ClipOptions::default() };
+        Ok(Self {
+            frames_dir: options.has_frames.then(|| options.out.join("frames")),
+            sheet_path: options.out.join("contact.png"),
+            sheet_every: scene.output.frames.div_ceil(SHEET).max(1),
+            clip: Clip::new(&options.out.join("clip"), width, height, settings)?,
+        })
+    }
+
+    fn take(mut self, pictures: mpsc::Receiver<Picture>) -> Result<Files, RunError> {
+        let mut sheet = Vec::new();
+        for (frame, picture) in (0u32..).zip(pictures) {
+            if let Some(dir) = &self.frames_dir {
+                picture.write_png(&numbered(dir, frame))?;
+            }
+            if frame % self.sheet_every == self.sheet_every / 2 || self.sheet_every == 1 {
+                sheet.push(picture.downscale(TILE));
+            }
+            self.clip.push(&picture)?;
+        }
+        contact_sheet(&sheet, 3, TILE).write_png(&self.sheet_path)?;
+        let clip = self.clip.finish()?;
+        let mut files = vec![("contact sheet", self.sheet_path), ("clip", clip.apng)];
+        files.extend(clip.mp4.map(|path| ("clip, mp4", path)));
+        files.extend(self.frames_dir.map(|path| ("pictures", path)));
+        Ok((files, clip.warnings))
+    }
+}
+
+/// Width of a picture on the contact sheet (pixels).
+const TILE: u32 = 480;
+
+fn numbered(dir: &Path, frame: u32) -> PathBuf {
+    dir.join(format!("frame_{frame:05}.png"))
+}

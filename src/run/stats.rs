@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a run reports: `stats.json`.
+
+use serde::Serialize;
+
+/// The whole of `stats.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stats {
+    /// Version of this crate.
+    pub version: String,
+    /// Title of the scene.
+    pub scene: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Name of the device.
+    pub device: String,
+    /// Its driver.
+    pub driver: String,
+    /// Clock of the pass times: `gpu` or `fence`.
+    pub clock: String,
+    /// Pictures made.
+    pub frames: u32,
+    /// Simulated (s).
+    pub simulated_s: f64,
+    /// Taken, pictures and files included (s).
+    pub wall_s: f64,
+    /// By pass, in the order that they first ran.
+    pub passes: Vec<PassStats>,
+    /// By water, as in the scene.
+    pub waters: Vec<WaterStats>,
+    /// Every so many frames, if asked for: frame and one hash a water.
+    pub hashes: Vec<(u32, Vec<String>)>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Times of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassStats {
+    /// Name of the pass.
+    pub name: String,
+    /// How often it was timed.
+    pub runs: u64,
+    /// In all (ms).
+    pub total_ms: f64,
+    /// The shortest (ms).
+    pub min_ms: f64,
+    /// Mean (ms).
+    pub mean_ms: f64,
+    /// The longest (ms).
+    pub max_ms: f64,
+}
+
+/// What became of one water.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WaterStats {
+    /// As in the scene.
+    pub name: String,
+    /// Steps taken.
+    pub steps: u64,
+    /// Of a step (s).
+    pub dt_s: f64,
+    /// Not simulated, because frames asked for more steps than allowed (s).
+    pub lost_s: f64,
+    /// At rest (m^3).
+    pub volume_at_rest_m3: f64,
+    /// Gained since the start, drops included (m^3).
+    pub volume_gain_m3: f64,
+    /// Energy at the end, of that at the start; absent for a start at rest, and for the book's model.
+    pub energy_relative: Option<f64>,
+    /// Lowest point (m above rest).
+    pub lowest_m: f32,
+    /// Highest point (m above rest).
+    pub highest_m: f32,
+    /// Drops that fell in.
+    pub disturbances_applied: u64,
+    /// Not finite or absurd.
+    pub disturbances_rejected: u64,
+    /// Fell on land or outside.
+    pub disturbances_missed: u64,
+    /// Did not fit in the list.
+    pub disturbances_dropped: u64,
+    /// Of the state at the end.
+    pub state_hash: String,
+}
+
+impl Stats {
+    /// Adds one time of a pass.
+    pub(super) fn add(&mut self, name: &str, ms: f64) {
+        let pass = match self.passes.iter_mut().position(|pass| pass.name == name) {
+            Some(i) => &mut self.passes[i],
+            None => {
+                let new = PassStats {
+                    name: name.into(),
+                    runs: 0,
+                    total_ms: 0.0,
+                    min_ms: ms,
+                    mean_ms: 0.0,
+                    max_ms: ms,
+                };
+                self.passes.push(new);
+                self.passes.last_mut().expect("just pushed")
+            }
+        };
+        pass.runs += 1;
+        pass.total_ms += ms;
+        pass.min_ms = pass.min_ms.min(ms);
+        pass.max_ms = pass.max_ms.max(ms);
+        pass.mean_ms = pass.total_ms / pass.runs as f64;
+    }
+}

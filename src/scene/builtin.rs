@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scenes that come with the library: examples to run, and to start a scene of one's own from.
+
+use super::{Override, Scene, SceneError};
+
+/// A built-in scene: name, one line for people, TOML.
+struct Builtin(&'static str, &'static str, &'static str);
+
+const SCENES: [Builtin; 3] = [
+    Builtin("fjord", "Waves among rocky islands in a mountain lake", include_str!("../../scenes/fjord.toml")),
+    Builtin("pond", "Drops falling into a stony pond", include_str!("../../scenes/pond.toml")),
+    Builtin(
+        "sombrero",
+        "The book's water: sin(r)/r in a square basin",
+        include_str!("../../scenes/sombrero.toml"),
+    ),
+];
+
+const ASSETS: [(&str, &[u8]); 2] = [
+    ("builtin/fjord.png", include_bytes!("../../scenes/fjord.png")),
+    ("builtin/pond.asc", include_bytes!("../../scenes/pond.asc")),
+];
+
+/// The name and a one-line title of every built-in scene; the first is the default.
+pub fn list() -> impl ExactSizeIterator<Item = (&'static str, &'static str)> {
+    SCENES.iter().map(|Builtin(name, title, _)| (*name, *title))
+}
+
+/// The scene's TOML, if there is a scene of this name.
+pub fn toml(name: &str) -> Option<&'static str> {
+    SCENES.iter().find(|scene| scene.0 == name).map(|scene| scene.2)
+}
+
+/// Reads the built-in scene with `overrides` in it.
+pub fn load(name: &str, overrides: &[Override]) -> Result<Scene, SceneError> {
+    let text = toml(name).ok_or_else(|| SceneError::NoBuiltin { name: name.to_owned() })?;
+    Scene::parse(text, &format!("builtin/{name}.toml"), None, overrides)
+}
+
+/// The bytes of a built-in asset, by the path that scenes name it with: `builtin/fjord.png`.
+pub fn asset(path: &str) -> Option<&'static [u8]> {
+    ASSETS.iter().find(|asset| asset.0 == path).map(|asset| asset.1)
+}
+
+/// The names of all scenes, for an error.
+pub(super) fn names() -> String {
+    list().map(|(name, _)| name).collect::<Vec<_>>().join(", ")
+}

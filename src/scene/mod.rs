@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scene files: what to simulate and how to look at it, read from TOML with every mistake found at once.
+//!
+//! The world is in metres: y is up, x and z are horizontal, terrain and water are centred on x = z = 0. Unknown
+//! keys, values out of range, NaN and infinity are errors that name the line and what is allowed.
+//!
+//! ```
+//! use whitecap::scene::{Override, Scene};
+//!
+//! let text = r#"
+//!     title = "Bathtub"
+//!     [[water]]
+//!     model = "waves"
+//!     cells = [160, 70]
+//!     size_m = [1.6, 0.7]
+//!     depth_m = 0.4
+//! "#;
+//! let smaller: Override = "water.0.cells=[80, 35]".parse()?;
+//! let scene = Scene::parse(text, "bathtub.toml", None, &[smaller])?;
+//! assert_eq!(scene.water[0].cells, [80, 35]);
+//! # Ok::<(), whitecap::scene::SceneError>(())
+//! ```
+
+mod asc;
+pub mod builtin;
+mod error;
+mod heightmap;
+mod node;
+mod parse;
+mod plan;
+mod schema;
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+pub use error::{Place, Problem, ProblemKind, SceneError};
+pub use heightmap::{Heightmap, HeightmapError};
+pub use node::Override;
+pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
+
+/// A scene: everything that a run needs, with defaults filled in and every value within its range.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scene {
+    /// A line for people; empty if not given.
+    pub title: String,
+    /// Seed of everything random in the scene, default 1.
+    pub seed: u64,
+    /// The pictures to make.
+    pub output: Output,
+    /// The camera, if the scene places one; [`Scene::camera`] fills in the default.
+    pub camera: Option<Camera>,
+    /// The sun.
+    pub sun: Sun,
+    /// Where the ground comes from, if there is any; [`Scene::terrain_heights`] loads it.
+    pub terrain: Option<TerrainSource>,
+    /// The bodies of water. A scene has terrain or at least one water.
+    pub water: Vec<WaterScene>,
+    /// The folder that asset paths are relative to; `None` is the current one.
+    #[serde(skip)]
+    pub base_dir: Option<PathBuf>,
+}
+
+/// The pictures that a run makes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Output {
+    /// Width and height (pixels), each 16..=8192, default 960 × 540.
+    pub size: [u32; 2],
+    /// Pictures per simulated second (1/s), 1..=1000, default 30.
+    pub fps: f64,
+    /// Number of pictures, 1..=1 000 000, default 120.
+    pub frames: u32,
+    /// How surfaces are drawn, default [`View::Shaded`].
+    pub view: View,
+}
+
+/// How surfaces are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum View {
+    /// Lit water and ground.
+    #[default]
+    Shaded,
+    /// The book's debug view: lines, with the tiles of the workgroups in alternating colours.
+    Wireframe,
+}
+
+/// A camera that may circle its target.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Camera {
+    /// Position at time 0 (m); differs from the target.
+    pub eye_m: [f32; 3],
+    /// The point looked at (m), default the origin.
+    pub target_m: [f32; 3],
+    /// Vertical angle of view (degrees), 5..=120, default 40.
+    pub fov_deg: f32,
+    /// How fast the eye circles the target, from +z towards +x (degrees/s), -360..=360, default 0.
+    pub orbit_deg_per_s: f32,
+}
+
+/// The direction of the sunlight.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sun {
+    /// Direction towards the sun, from +z towards +x (degrees), -360..=360, default 135.
+    pub azimuth_deg: f32,
+    /// Height above the horizon (degrees), 1..=90, default 32.
+    pub elevation_deg: f32,
+}
+
+/// Where the ground comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TerrainSource {
+    /// As written in the scene: a `.png` (8 or 16 bits of grey) or `.asc` (ESRI ASCII grid) file relative to
+    /// [`Scene::base_dir`], or `builtin/NAME`.
+    pub heightmap: String,
+    /// Extent along x and z (m), more than 0; for `.asc` by default the size in its header.
+    pub size_m: [f32; 2],
+    /// Heights of black and white (m), finite; always present for `.png`, never for `.asc`.
+    pub height_m: Option<[f32; 2]>,
+}
+
+/// One body of water.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WaterScene {
+    /// Name, unique in the scene: 1 to 64 letters, digits, `_` and `-`, not digits only; default `water`.
+    pub name: String,
+    /// The simulation that moves it.
+    pub model: Model,
+    /// Cells along x and z, each 1..=16384.
+    pub cells: [u32; 2],
+    /// Extent along x and z (m), more than 0; default the terrain's.
+    pub size_m: [f32; 2],
+    /// World height of the surface at rest (m), finite, default 0.
+    pub level_m: f32,
+    /// Depth that sets the wave speed sqrt(g·depth) (m), more than 0.
+    pub depth_m: f64,
+    /// Gravity (m/s²), more than 0, default 9.81.
+    pub gravity_mps2: f64,
+    /// Rate at which velocities decay (1/s), 0..=100, default 0.03.
+    pub damping_per_s: f64,
+    /// Weight of the diagonal pipes, 0..=1, default 0.25 for `waves` and 1 for `book`.
+    pub diagonal: f64,
+    /// What happens to diagonal pipes at the walls, default folded for `waves`; `book` has only dropped.
+    pub walls: Walls,
+    /// Time step (s), more than 0 and stable; `None` is the longest that divides a picture's time and is 5 % below the
+    /// limit.
+    pub dt_s: Option<f64>,
+    /// Most steps per picture before simulated time is given up, 1..=10 000; `None` is 8, or twice what a picture takes.
+    pub max_catch_up_steps: Option<u32>,
+    /// The surface at time 0, default flat.
+    pub start: Start,
+    /// Scheduled disturbances.
+    #[serde(rename = "drop")]
+    pub drops: Vec<Drop>,
+    /// Random disturbances.
+    pub rain: Option<Rain>,
+}
+
+/// The simulation that moves a water.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// Virtual pipes with stored flows, as the book has them.
+    Book,
+    /// The same waves with the flows eliminated.
+    Waves,
+}
+
+/// What happens to a diagonal pipe that would leave the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Walls {
+    /// Its weight moves to the pipe along the wall, so that waves meet walls squarely.
+    Folded,
+    /// It is left out, as in the book.
+    Dropped,
+}
+
+/// The surface at time 0, relative to the rest level.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(tag = "shape", rename_all = "lowercase")]
+pub enum Start {
+    /// At rest.
+    #[default]
+    Flat,
+    /// A Gaussian.
+    Hump {
+        /// Amplitude (m), finite.
+        height_m: f32,
+        /// Centre, x and z (m), finite, default the origin.
+        at_m: [f32; 2],
+        /// Standard deviation (m), more than 0.
+        radius_m: f32,
+    },
+    /// The book's `sin(r)/r`.
+    Sombrero {
+        /// Amplitude (m), finite.
+        height_m: f32,
+        /// Centre, x and z (m), finite, default the origin.
+        at_m: [f32; 2],
+        /// Radius of the first zero (m), more than 0.
+        radius_m: f32,
+    },
+    /// A standing wave of the closed basin.
+    Mode {
+        /// Amplitude (m), finite.
+        height_m: f32,
+        /// Half waves along x and z, each 0..=cells.
+        waves: [u32; 2],
+    },
+}
+
+/// A disturbance that falls once or again and again.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drop {
+    /// Centre, x and z (m), finite.
+    pub at_m: [f32; 2],
+    /// Radius (m), more than 0.
+    pub radius_m: f32,
+    /// Water that it adds (m³), finite, default 0. This or `push_m3ps` is not zero.
+    pub volume_m3: f32,
+    /// Vertical momentum that it adds, as a rate of volume (m³/s), finite, default 0.
+    pub push_m3ps: f32,
+    /// First fall (s), 0 or more, default 0.
+    pub start_s: f64,
+    /// Time between falls (s), more than 0; `None` falls once.
+    pub every_s: Option<f64>,
+    /// Number of falls, 1 or more, only with `every_s`; `None` there is without end.
+    pub count: Option<u32>,
+}
+
+/// Disturbances at uniformly random places and times.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rain {
+    /// Mean rate over the whole water (1/s), 0..=1 000 000.
+    pub drops_per_s: f64,
+    /// Radius of a drop (m), more than 0.
+    pub radius_m: f32,
+    /// Water that a drop adds (m³), finite, default 0. This or `push_m3ps` is not zero.
+    pub volume_m3: f32,
+    /// Vertical momentum that a drop adds, as a rate of volume (m³/s), finite, default 0.
+    pub push_m3ps: f32,
+}
+
+impl Scene {
+    /// Reads a scene file; `overrides` replace or add keys, in order.
+    pub fn load(path: &Path, overrides: &[Override]) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| SceneError::Read { path: path.display().to_string(), source })?;
+        Self::parse(&text, &path.display().to_string(), path.parent(), overrides)
+    }
+
+    /// Reads a scene from `text`. `file_name` stands in errors, `base_dir` is what asset paths are relative to.
+    ///
+    /// Touches no file, except that the header of an `.asc` heightmap without `size_m` is read for its size.
+    pub fn parse(
+        text: &str,
+        file_name: &str,
+        base_dir: Option<&Path>,
+        overrides: &[Override],
+    ) -> Result<Self, SceneError> {
+        schema::scene(text, file_name, base_dir, overrides)
+    }
+
+    /// Loads the heightmap of the terrain, if the scene has one.
+    pub fn terrain_heights(&self) -> Result<Option<Heightmap>, SceneError> {
+        self.terrain.as_ref().map(|terrain| heightmap::load(terrain, self.base_dir.as_deref())).transpose()
+    }
+
+    /// The scene's camera, or else one that sees the whole scene.
+    pub fn camera(&self) -> Camera {
+        let level = self.water.first().map_or(0.0, |water| water.level_m);
+        self.camera.clone().unwrap_or_else(|| Camera::overview(self.extent_m(), level))
+    }
+
+    /// The largest horizontal extent of the terrain and the waters (m).
+    pub fn extent_m(&self) -> f32 {
+        let sizes = self.terrain.iter().map(|t| t.size_m).chain(self.water.iter().map(|w| w.size_m));
+        sizes.flatten().fold(0.0, f32::max)
+    }
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { size: [960, 540], fps: 30.0, frames: 120, view: View::default() }
+    }
+}
+
+impl Camera {
+    /// A camera that sees a square of `extent_m` (m) around the y axis at height `level_m` (m).
+    pub fn overview(extent_m: f32, level_m: f32) -> Self {
+        let [x, y, z] = [0.45, 0.65, 0.95].map(|share: f32| share * extent_m);
+        let target_m = [0.0, level_m, 0.0];
+        Self { eye_m: [x, level_m + y, z], target_m, fov_deg: 40.0, orbit_deg_per_s: 0.0 }
+    }
+
+    /// Where the eye is at `time_s` (s), on its way round the target (m).
+    pub fn eye_at(&self, time_s: f64) -> [f32; 3] {
+        // Whole turns are dropped in f64, so that the eye does not jitter late in a long run.
+        let angle = (f64::from(self.orbit_deg_per_s) * time_s).rem_euclid(360.0).to_radians();
+        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = (sin as f32, cos as f32);
+        let [x, z] = [self.eye_m[0] - self.target_m[0], self.eye_m[2] - self.target_m[2]];
+        [self.target_m[0] + cos * x + sin * z, self.eye_m[1], self.target_m[2] + cos * z - sin * x]
+    }
+}
+
+impl Default for Sun {
+    fn default() -> Self {
+        Self { azimuth_deg: 135.0, elevation_deg: 32.0 }
+    }
+}
+
+impl Sun {
+    /// The unit vector towards the sun.
+    pub fn direction(&self) -> [f32; 3] {
+        let (azimuth_sin, azimuth_cos) = self.azimuth_deg.to_radians().sin_cos();
+        let (elevation_sin, elevation_cos) = self.elevation_deg.to_radians().sin_cos();
+        [azimuth_sin * elevation_cos, elevation_sin, azimuth_cos * elevation_cos]
+    }
+}
+
+impl Drop {
+    /// When the drop falls for the `n`-th time (s), counted from 0; `None` after its last fall.
+    pub fn time_s(&self, n: u32) -> Option<f64> {
+        match self.every_s {
+            Some(every) => {
+                self.count.is_none_or(|count| n < count).then(|| self.start_s + f64::from(n) * every)
+            }
+            None => (n == 0).then_some(self.start_s),
+        }
+    }
+}
