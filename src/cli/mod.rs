@@ -7,7 +7,7 @@ mod devices;
 mod hardcases;
 mod run;
 mod scenes;
-mod study;
+mod study_command;
 
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,7 +16,7 @@ use whitecap::{
     gpu::{self, Gpu, GpuOptions},
     run::{atomic::FileError, RunError},
     scene::SceneError,
-    water,
+    study, water,
 };
 
 /// GPU simulations for real-time scenes, in Vulkan and GLSL, each checked against an f64 twin.
@@ -46,7 +46,7 @@ enum Command {
     /// Measure the throughput of every variant against the device's copy rate
     Bench(bench::BenchArgs),
     /// Measure speed against error on a device: JSON, CSV, plots and a page
-    Study(study::StudyArgs),
+    Study(study_command::StudyArgs),
 }
 
 /// Which device, and how it is watched.
@@ -136,6 +136,18 @@ impl From<FileError> for Failure {
     }
 }
 
+impl From<study::Error> for Failure {
+    fn from(error: study::Error) -> Self {
+        match error {
+            study::Error::Water(error) => error.into(),
+            study::Error::Gpu(error) => error.into(),
+            study::Error::File(error) => error.into(),
+            study::Error::NoSuch { .. } => Self::input(error),
+            study::Error::Wrong { .. } => Self::check(error.to_string()),
+        }
+    }
+}
+
 impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
@@ -156,7 +168,7 @@ pub fn main() -> ExitCode {
         Command::Devices(args) => devices::run(&args),
         Command::Hardcases(args) => hardcases::run(&args),
         Command::Bench(args) => bench::run(&args),
-        Command::Study(args) => study::run(&args),
+        Command::Study(args) => study_command::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -184,4 +196,19 @@ fn progress_bar(length: u64, unit: &str) -> ProgressBar {
     let style = format!("{{bar:32}} {{pos}}/{{len}} {unit}, {{eta}} left {{msg}}");
     let style = ProgressStyle::with_template(&style).unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(length).with_style(style)
+}
+
+/// Runs `measure` with a bar that follows it.
+fn progress<T>(
+    unit: &str,
+    measure: impl FnOnce(study::OnProgress<'_>) -> study::Result<T>,
+) -> Result<T, Failure> {
+    let bar = progress_bar(0, unit);
+    let done = measure(&mut |at| {
+        bar.set_length(at.of as u64);
+        bar.set_position(at.done as u64);
+        bar.set_message(at.now.to_string());
+    });
+    bar.finish_and_clear();
+    Ok(done?)
 }

@@ -55,7 +55,7 @@ pub struct Interface {
     pub local_size: Option<[u32; 3]>,
 }
 
-/// Reads the interface of a module whose specialization constants are set to `constants`, by `constant_id`.
+/// Reads the interface of a module that a compiler has made (damaged ones are not looked for) and whose specialization constants are set to `constants`, by `constant_id`.
 ///
 /// # Errors
 /// What is wrong, if `spv` is not a module with one entry point, or uses what this crate does not bind.

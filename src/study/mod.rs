@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
+
+pub mod bench;
+pub mod hard;
+pub mod linear;
+pub mod page;
+pub mod plot;
+pub mod runs;
+pub mod shapes;
+
+use crate::{
+    gpu::{self, Gpu},
+    run::atomic::{write_atomic, FileError},
+    water,
+};
+use shapes::Study;
+use std::{fs, io, io::Write, path::Path};
+
+/// Result with [`enum@Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can go wrong while measuring.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A basin's.
+    #[error(transparent)]
+    Water(#[from] water::Error),
+    /// The device's.
+    #[error(transparent)]
+    Gpu(#[from] gpu::Error),
+    /// A report could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A name that is none.
+    #[error("no {what} `{wanted}`; there are {}", have.join(", "))]
+    NoSuch {
+        /// What was looked for.
+        what: &'static str,
+        /// Its name.
+        wanted: String,
+        /// What there is.
+        have: Vec<String>,
+    },
+    /// A variant computes something else than its twin: its speed would mean nothing.
+    #[error("`{variant}` is {apart:e} from its twin, {allowed:e} allowed: not timed")]
+    Wrong {
+        /// The variant.
+        variant: String,
+        /// Largest difference, of the largest height.
+        apart: f64,
+        /// What rounding explains.
+        allowed: f64,
+    },
+}
+
+/// Where a measurement is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Parts done.
+    pub done: usize,
+    /// Of how many.
+    pub of: usize,
+    /// What runs now.
+    pub now: &'a str,
+}
+
+/// Told before each part.
+pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>);
+
+/// Runs the studies whose name contains one of `names`, all if there are none. `quick` leaves out the long ones.
+///
+/// # Errors
+/// [`Error::NoSuch`], or the device's.
+pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
+    let have = [linear::NAME];
+    for name in names {
+        if !have.iter().any(|it| it.contains(name.as_str())) {
+            let have = have.map(String::from).to_vec();
+            return Err(Error::NoSuch { what: "study", wanted: name.clone(), have });
+        }
+    }
+    Ok(Study {
+        device: gpu.name().into(),
+        driver: gpu.adapter().driver.clone(),
+        clock: gpu.clock()?.name().into(),
+        studies: vec![linear::study(gpu, quick, progress)?],
+    })
+}
+
+/// Writes `study.json`, `study.csv`, a plot a study, and `index.html`, which needs no other file, into `dir`.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_report(study: &Study, dir: &Path, date: &str) -> Result<()> {
+    fs::create_dir_all(dir).map_err(crate::run::atomic::failed(dir, "make the folder"))?;
+    let write = |name: &str, text: &str| write_atomic(&dir.join(name), |to| to.write_all(text.as_bytes()));
+    write_atomic(&dir.join("study.json"), |to: &mut dyn Write| {
+        serde_json::to_writer_pretty(&mut *to, study).map_err(io::Error::other)?;
+        to.write_all(b"\n")
+    })?;
+    write("study.csv", &study.to_csv())?;
+    let mut plots = Vec::new();
+    for result in &study.studies {
+        let title = format!("{}: {}, on {}", result.sim, result.study, study.device);
+        let plot = plot::log_log(&title, linear::METRIC, "ms per simulated second", &page::curves(result));
+        write(&format!("{}-{}.svg", result.sim, result.study.replace(' ', "-")), &plot)?;
+        plots.push(plot);
+    }
+    write(
+        "index.html",
+        &page::page(study, &format!("Speed against error on {}", study.device), date, &plots),
+    )?;
+    Ok(())
+}

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What hard cases, benches and studies share: a basin of either model, run by name, and the time that a step takes.
+
+use super::Result;
+use crate::{
+    gpu::{Access, Clock, Gpu, Recorder, Submitter},
+    water::{
+        cpu, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Model, Params,
+        Tuning, Walls, Waves, WavesState, LAND_M,
+    },
+};
+use glam::UVec2;
+use std::time::Instant;
+
+/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    /// The kernel is `water.book`, else `water.waves`.
+    pub is_book: bool,
+    /// Weight of a diagonal pipe.
+    pub diagonal: f64,
+    /// The kernel is built to look for land.
+    pub has_land: bool,
+}
+
+impl Scheme {
+    /// The scheme that a variant names; options that are no part of a scheme are passed over.
+    ///
+    /// # Panics
+    /// If it names none: variants are written in tables of this crate.
+    pub fn named(variant: &str) -> Self {
+        let is_book = variant.split('/').next() == Some("book");
+        let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
+        let diagonal =
+            weight.or(is_book.then_some(1.0)).unwrap_or_else(|| panic!("`{variant}` names no scheme"));
+        Self { is_book, diagonal, has_land: variant.split('/').any(|option| option == "land") }
+    }
+
+    /// `model` with the stencil and the walls of the scheme.
+    pub fn model(self, model: Model) -> Model {
+        let walls = if self.is_book { Walls::Dropped } else { Walls::Folded };
+        Model { diagonal: self.diagonal, walls, ..model }
+    }
+}
+
+/// The constants of the book at 60 frames a second, in cells and seconds: `sqrt(0.3 * 60)` cells a second, and 0.9995 of
+/// the flow kept a frame.
+pub fn book_constants(cells: UVec2) -> Model {
+    Model {
+        cells,
+        cell_m: 1.0,
+        speed_mps: 18f64.sqrt(),
+        damping_per_s: -60.0 * 0.9995f64.ln(),
+        diagonal: 1.0,
+        walls: Walls::Dropped,
+        dt_s: 1.0 / 60.0,
+    }
+}
+
+enum State {
+    Book(BookState),
+    Waves(WavesState),
+}
+
+impl State {
+    fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
+        match self {
+            Self::Book(state) => state.record(rec, params),
+            Self::Waves(state) => state.record(rec, params),
+        }
+        rec.barrier(Waves::EXIT, Waves::ENTRY);
+    }
+}
+
+/// A basin on the GPU, of either model.
+pub struct Basin {
+    gpu: Gpu,
+    submitter: Submitter,
+    model: Model,
+    state: State,
+}
+
+/// Steps in a submission, so that no driver thinks it hangs.
+const BATCH: u32 = 2000;
+
+impl Basin {
+    /// A basin at rest.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn new(gpu: &Gpu, scheme: Scheme, start: &Start) -> Result<Self> {
+        Self::tuned(gpu, scheme, start, Tuning::for_grid(gpu, start.model.cells))
+    }
+
+    /// A basin at rest, cut up by hand.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn tuned(gpu: &Gpu, scheme: Scheme, start: &Start, tuning: Tuning) -> Result<Self> {
+        let cells = start.model.cells;
+        let state = if scheme.is_book {
+            let state = Book::new(gpu)?.state(cells)?;
+            state.upload(gpu, &start.height_m)?;
+            State::Book(state)
+        } else {
+            let state = Waves::new(gpu, tuning, scheme.has_land)?.state(cells, tuning.rows)?;
+            state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
+            State::Waves(state)
+        };
+        let submitter = Submitter::new(gpu, 0)?;
+        Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state })
+    }
+
+    fn params(&self) -> Params {
+        match &self.state {
+            State::Book(state) => self.model.params(state.pitch()),
+            State::Waves(state) => self.model.params(state.pitch()),
+        }
+    }
+
+    /// The first step from rest, with half the pull: see [`Params::first_from_rest`].
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn first_step(&mut self) -> Result<()> {
+        let params = self.params().first_from_rest();
+        self.submitter.run(|rec| self.state.record(rec, &params))?;
+        Ok(())
+    }
+
+    /// Steps, and waits for them.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn steps(&mut self, count: u32) -> Result<()> {
+        let params = self.params();
+        let mut left = count;
+        while left > 0 {
+            let batch = left.min(BATCH);
+            self.submitter.run(|rec| (0..batch).for_each(|_| self.state.record(rec, &params)))?;
+            left -= batch;
+        }
+        Ok(())
+    }
+
+    /// Heights (m above rest).
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn heights(&self) -> Result<Vec<f32>> {
+        Ok(self.surface()?.0)
+    }
+
+    /// Heights (m above rest) and how fast they rise (m/s), half a step before.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn surface(&self) -> Result<(Vec<f32>, Vec<f32>)> {
+        let state = match &self.state {
+            State::Waves(state) => return Ok(state.download(&self.gpu)?),
+            State::Book(state) => state.download(&self.gpu)?,
+        };
+        let (w, h) = (self.model.cells.x as usize, self.model.cells.y as usize);
+        let flow = |x: usize, y: usize, dx: isize, dy: isize, k: usize| {
+            let from = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+            from.filter(|&(x, _)| x < w).map_or(0.0, |(x, y)| state[y * w + x].flow_mps[k])
+        };
+        let rise = |x: usize, y: usize| {
+            let gain: f32 = state[y * w + x].flow_mps.iter().sum();
+            gain - (flow(x, y, -1, 0, 0)
+                + flow(x, y, -1, -1, 1)
+                + flow(x, y, 0, -1, 2)
+                + flow(x, y, 1, -1, 3))
+        };
+        let velocity = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| rise(x, y)).collect();
+        Ok((state.iter().map(|column| column.height_m).collect(), velocity))
+    }
+
+    /// Sets heights (m above rest), at rest.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn upload(&mut self, height_m: &[f32]) -> Result<()> {
+        match &self.state {
+            State::Book(state) => state.upload(&self.gpu, height_m)?,
+            State::Waves(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
+        }
+        Ok(())
+    }
+
+    /// Applies disturbances, none of which may lift a column by more than 10 m, and says what became of them.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn disturb(&mut self, items: &[Disturbance]) -> Result<Counts> {
+        let (surfaces, surface, velocity) = match &self.state {
+            State::Book(state) => (state.surfaces(), state.surface(), None),
+            State::Waves(state) => (state.surfaces(), state.surface(), Some(state.velocity())),
+        };
+        let params = DisturbParams {
+            cells: self.model.cells,
+            pitch: surface.pitch,
+            stride: surface.stride,
+            cell_m: self.model.cell_m as f32,
+            limit_m: 10.0,
+            has_velocity: u32::from(velocity.is_some()),
+        };
+        let list = Disturb::new(&self.gpu)?.list(surfaces, velocity, items.len() as u32)?;
+        let (staging, _) = list.staging(items)?;
+        self.submitter.run(|rec| {
+            rec.copy(&staging, list.list());
+            rec.barrier(Access::CopyWrite, Disturb::ENTRY);
+            list.record(rec, &surface, &params);
+            rec.barrier(Disturb::EXIT, Waves::ENTRY);
+        })?;
+        Ok(list.counts()?)
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        match &self.state {
+            State::Book(state) => state.bytes(),
+            State::Waves(state) => state.bytes(),
+        }
+    }
+
+    /// The time that a step takes.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn time(&mut self, effort: Effort) -> Result<Timing> {
+        let params = self.params();
+        let (gpu, state) = (&self.gpu, &mut self.state);
+        time(gpu, effort, |rec| state.record(rec, &params))
+    }
+}
+
+/// Heights of the f64 twin after `steps` steps from rest; land is at [`LAND_M`].
+pub fn twin(scheme: Scheme, start: &Start, steps: u32) -> Vec<f64> {
+    if scheme.is_book {
+        let mut twin = cpu::Book::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    } else {
+        let mut twin = cpu::Waves::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    }
+}
+
+/// Largest difference, of the largest height wanted. Land has to be land in both; what is no number is infinitely far.
+pub fn apart(got: &[f32], want: &[f64]) -> f64 {
+    let is_land = |h: f64| h == f64::from(LAND_M);
+    let water = || got.iter().map(|&a| f64::from(a)).zip(want.iter().copied()).filter(|&(_, b)| !is_land(b));
+    let moved = got.iter().zip(want).any(|(&a, &b)| is_land(f64::from(a)) != is_land(b));
+    if moved || water().any(|(a, _)| !a.is_finite()) {
+        return f64::INFINITY;
+    }
+    let highest = water().map(|(_, b)| b.abs()).fold(0.0, f64::max);
+    water().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / highest
+}
+
+/// Root of the mean square.
+pub fn rms<T: Copy + Into<f64>>(numbers: &[T]) -> f64 {
+    (numbers.iter().map(|&h| h.into().powi(2)).sum::<f64>() / numbers.len() as f64).sqrt()
+}
+
+/// Uniform numbers between 0 and 1 (Steele and others, "Fast Splittable Pseudorandom Number Generators", 2014).
+pub struct Uniform(pub u64);
+
+impl Iterator for Uniform {
+    type Item = f64;
+    fn next(&mut self) -> Option<f64> {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        Some(((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+/// How long to time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Shortest run: one submission of as many repetitions as it takes (ms).
+    pub run_ms: f64,
+    /// Fewest runs, if the budget allows.
+    pub fewest_runs: u32,
+    /// No run begins later than this after the first, but for the first three (s).
+    pub budget_s: f64,
+}
+
+impl Effort {
+    /// What a bench takes on this device.
+    pub fn full(gpu: &Gpu) -> Self {
+        Self { run_ms: 20.0, fewest_runs: if gpu.adapter().kind == "CPU" { 9 } else { 50 }, budget_s: 3.0 }
+    }
+}
+
+/// Time of one repetition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// (ms).
+    pub median_ms: f64,
+    /// (ms).
+    pub min_ms: f64,
+    /// 95th percentile (ms).
+    pub p95_ms: f64,
+    /// How many runs were timed.
+    pub runs: u32,
+}
+
+/// Times what `record` records, barriers included: many repetitions a submission, by the clock that can be believed.
+///
+/// # Errors
+/// The device's.
+pub fn time(gpu: &Gpu, effort: Effort, mut record: impl FnMut(&mut Recorder<'_>)) -> Result<Timing> {
+    // One span around all: the spans inside find no room and are not timed. A fence would count recording as well, so
+    // there the submission as a whole is timed.
+    let is_gpu = gpu.clock()? == Clock::Gpu;
+    let mut submitter = Submitter::new(gpu, usize::from(is_gpu))?;
+    let mut run = |repeats: u32| -> Result<f64> {
+        let times = submitter.run(|rec| {
+            rec.span(c"bench", |rec| (0..repeats).for_each(|_| record(rec)));
+        })?;
+        Ok(if is_gpu { times.of(c"bench") } else { times.wall_ms })
+    };
+    run(1)?; // first touch
+    let mut repeats = 1;
+    let mut ms = run(repeats)?;
+    while ms < effort.run_ms && repeats < 1 << 16 {
+        // Toward the goal in bounded leaps: a first measurement may be far off.
+        repeats = (f64::from(repeats) * (1.1 * effort.run_ms / ms.max(1e-3)).clamp(1.2, 16.0)).ceil() as u32;
+        ms = run(repeats)?;
+    }
+    let begun = Instant::now();
+    let mut each = Vec::new();
+    while each.len() < 3
+        || (each.len() < effort.fewest_runs as usize && begun.elapsed().as_secs_f64() < effort.budget_s)
+    {
+        each.push(run(repeats)? / f64::from(repeats));
+    }
+    each.sort_by(f64::total_cmp);
+    let at = |share: f64| each[((each.len() - 1) as f64 * share).round() as usize];
+    Ok(Timing { median_ms: at(0.5), min_ms: each[0], p95_ms: at(0.95), runs: each.len() as u32 })
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Every hard case holds on this device; the simple method, measured the same way, holds none of them; and the reports
+//! that are made of such numbers are whole.
+#![cfg(feature = "tools")]
+#![allow(missing_docs)]
+
+mod common;
+
+use common::gpu;
+use glam::{uvec2, UVec2};
+use whitecap::{
+    study::{
+        bench::{bench, Options},
+        hard::{self, Case},
+        runs::{apart, book_constants, rms, twin, Basin, Scheme},
+        shapes::HardCase,
+        write_report, Error, Progress,
+    },
+    water::{
+        oracle,
+        starts::{self, Start},
+        Model,
+    },
+};
+
+fn case_of(row: &HardCase) -> &'static Case {
+    hard::cases().find(|case| case.id == row.id && case.title == row.title).expect("a row of the table")
+}
+
+fn seed(row: &HardCase) -> f64 {
+    row.seed_measured.unwrap_or_else(|| panic!("{} has no seed", row.id))
+}
+
+#[test]
+fn every_hard_case_holds_and_the_simple_method_holds_none() {
+    let gpu = gpu();
+    let mut seen = Vec::new();
+    let rows = hard::run(&gpu, &[], &mut |Progress { done, of, now }| seen.push((done, of, now.to_owned())))
+        .unwrap();
+    assert_eq!(seen.len(), rows.cases.len());
+    assert_eq!(seen.last().map(|(done, of, _)| (*done + 1, *of)), Some((seen.len(), seen.len())));
+    serde_json::to_string(&rows).expect("every number is one");
+    for row in &rows.cases {
+        println!("{} {}: {:?} of {:e} {}", row.id, row.variant, row.measured, row.limit, row.unit);
+        assert!(row.pass, "{row:?}");
+        let fails = row.seed_measured.map(|seed| !case_of(row).allows(seed));
+        assert_ne!(fails, Some(false), "the case is none: {row:?}");
+    }
+    // What is known of the simple method, to the digits that are known.
+    let known = |id: &str, range: std::ops::Range<f64>| {
+        for row in rows.cases.iter().filter(|row| row.id == id && row.limit != 1e-12) {
+            assert!(range.contains(&seed(row)), "{id} {}: {}", row.variant, seed(row));
+        }
+    };
+    known("W1", -0.25..-0.235);
+    known("W2", 1.60..1.64);
+    known("W3", 2.33..2.37);
+    known("W4", 1.30..1.34);
+    known("W5", 1e6..1e8);
+    known("W6", 0.1..1.0);
+    known("W7", 2.5e-2..3.5e-2);
+    known("W11", -0.014..-0.012);
+    known("W17", 441.0..441.5);
+    let notes: Vec<&str> = rows.cases.iter().filter_map(|row| row.note.as_deref()).collect();
+    for words in
+        ["52.3693, 30.2922, 19.6263, 7.7446 s", "92.3965, 19.2493, 2.7719 s", "0.3667 s lost and reported"]
+    {
+        assert!(notes.iter().any(|note| note.contains(words)), "{words}");
+    }
+}
+
+#[test]
+fn filters_take_the_exact_identifier_first() {
+    let ids = |filter: &str| -> Vec<&str> {
+        let mut ids: Vec<_> =
+            hard::select(&[filter.to_owned()]).unwrap().iter().map(|case| case.id).collect();
+        ids.dedup();
+        ids
+    };
+    assert_eq!(ids("W1"), ["W1"]);
+    assert_eq!(ids("w12"), ["W12"]);
+    assert_eq!(ids("W").len(), 12);
+    assert_eq!(ids("hitch"), ["W6"]);
+    assert_eq!(ids("land"), ["W16"]);
+    assert_eq!(hard::select(&[]).unwrap().len(), hard::cases().count());
+    let Err(Error::NoSuch { wanted, have, .. }) = hard::select(&["W99".into()]) else { panic!("W99 found") };
+    assert_eq!((wanted.as_str(), have[0].as_str(), have.len()), ("W99", "W1", 12));
+}
+
+#[test]
+fn a_case_without_a_seed_can_fail_too() {
+    let gpu = gpu();
+    let limit = |id: &str| hard::cases().find(|case| case.id == id).expect("in the table");
+    let scheme = Scheme::named("waves/w0.25");
+
+    // W13: above the longest step the checkerboard grows.
+    let cells = UVec2::splat(64);
+    let model = scheme.model(Model { damping_per_s: 0.0, ..book_constants(cells) });
+    let model = model.with_courant(1.01 * model.courant_limit());
+    let board: Vec<f64> = (0..64 * 64).map(|i| if (i + i / 64) % 2 == 0 { 1.0 } else { -1.0 }).collect();
+    let height_m = board.iter().map(|&sign| 0.1 * sign as f32).collect();
+    let mut basin = Basin::new(&gpu, scheme, &Start { name: "checkerboard", model, height_m }).unwrap();
+    basin.steps(50).unwrap();
+    assert!(!limit("W13").allows(oracle::amplitude(&basin.heights().unwrap(), &board) / 0.1));
+
+    // W16: a diagonal weight that is off by 1e-3, and a surface with one column wrong.
+    let start = starts::hump(starts::model(uvec2(17, 33), 0.25));
+    let mut basin = Basin::new(&gpu, scheme, &start).unwrap();
+    basin.steps(16).unwrap();
+    let mut height = basin.heights().unwrap();
+    assert!(limit("W16").allows(apart(&height, &twin(scheme, &start, 16))));
+    let other = Start { model: Model { diagonal: 0.251, ..start.model }, ..start.clone() };
+    assert!(!limit("W16").allows(apart(&height, &twin(scheme, &other, 16))));
+    for wrong in [height[40] + 1e-4, f32::NAN, f32::INFINITY] {
+        height[40] = wrong;
+        assert!(!limit("W16").allows(apart(&height, &twin(scheme, &start, 16))));
+    }
+}
+
+#[test]
+fn a_measurement_that_is_no_number_does_not_pass() {
+    for case in hard::cases() {
+        for measured in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!case.allows(measured), "{}", case.id);
+        }
+    }
+    assert!(rms(&[f32::NAN]).is_nan());
+}
+
+#[test]
+fn a_bench_of_small_grids_is_whole() {
+    let gpu = gpu();
+    let options = Options { sizes: Some(vec![64, 100]), budget_s: Some(0.05), ..Default::default() };
+    let result = bench(&gpu, &["water".into()], &options, &mut |_| ()).unwrap();
+    assert_eq!(result.results.len(), 2 * 5, "{result:?}");
+    assert_eq!(result.skipped, []);
+    for row in &result.results {
+        let Some((min, p95)) = row.min_ms.zip(row.p95_ms) else { panic!("{row:?}") };
+        assert!(row.runs >= 3 && 0.0 < min && min <= row.median_ms && row.median_ms <= p95, "{row:?}");
+        let traffic = row.items_per_s * row.bytes_per_item / result.copy_bytes_per_s;
+        assert!((row.fraction_of_copy / traffic - 1.0).abs() < 1e-12);
+    }
+    serde_json::to_string(&result).expect("every number is one");
+    let error = bench(&gpu, &["watre".into()], &options, &mut |_| ()).unwrap_err();
+    assert!(error.to_string().starts_with("no bench `watre`; there are system/copy/kernel, "), "{error}");
+}
+
+#[test]
+fn a_size_that_does_not_fit_is_skipped_with_the_reason() {
+    let gpu = gpu();
+    if gpu.limits().max_storage_buffer_range as u64 >= 20 * 16384 * 16384 {
+        return; // it fits
+    }
+    let options = Options { sizes: Some(vec![16384]), budget_s: Some(0.05), ..Default::default() };
+    let result = bench(&gpu, &["book".into()], &options, &mut |_| ()).unwrap();
+    assert_eq!(result.results, []);
+    assert!(result.skipped[0].reason.contains("maxStorageBufferRange"), "{:?}", result.skipped);
+}
+
+/// The errors that are known for a hill of 1/20 of a basin of 128 columns (relative L2, measured elsewhere).
+#[test]
+fn the_linear_study_finds_the_known_errors_and_its_report_is_whole() {
+    let gpu = gpu();
+    let study = whitecap::study::study(&gpu, &["water".into()], true, &mut |_| ()).unwrap();
+    let error = |variant: &str, courant: f64| {
+        let close = |step: f64| (step * 12.8 - courant).abs() < 0.01;
+        let found =
+            study.studies[0].points.iter().find(|p| p.variant == variant && p.size == 128 && close(p.step));
+        found.and_then(|p| p.error).unwrap_or_else(|| panic!("{variant} at {courant}"))
+    };
+    for (variant, courant, known) in
+        [("waves/w1", 0.99, 2.9e-2), ("waves/w0.25", 0.86, 2.3e-2), ("waves/w0", 0.7, 2.5e-2)]
+    {
+        let error = error(variant, courant);
+        assert!((error / known - 1.0).abs() < 0.06, "{variant} at {courant}: {error}");
+    }
+    assert!(error("book", 0.0707) > 0.1);
+    let dir = tempfile::tempdir().unwrap();
+    write_report(&study, dir.path(), "2026-01-01").unwrap();
+    let mut names: Vec<_> = std::fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["index.html", "study.csv", "study.json", "water-linear.svg"]);
+    let error = whitecap::study::study(&gpu, &["wine".into()], true, &mut |_| ()).unwrap_err();
+    assert_eq!(error.to_string(), "no study `wine`; there are water linear");
+}
