@@ -8,6 +8,8 @@
 //! Run it with `cargo run --release --example embed`. Built without the feature `tools`, the crate brings ash,
 //! gpu-allocator and glam, and no command line.
 
+#![allow(unsafe_op_in_unsafe_fn)] // almost every line is a Vulkan call
+
 use ash::vk;
 use glam::uvec2;
 use std::error::Error;
@@ -130,7 +132,8 @@ unsafe fn simulate(engine: &Engine) -> Result<f32, Box<dyn Error>> {
         limit_m: 10.0,
         has_velocity: 1,
     };
-    let drop = Disturbance { at_m: glam::vec2(15.0, 10.0), radius_m: 1.5, volume_m3: 0.3, ..Default::default() };
+    let drop =
+        Disturbance { at_m: glam::vec2(15.0, 10.0), radius_m: 1.5, volume_m3: 0.3, ..Default::default() };
     let (drop, _) = drops.staging(&[drop])?;
     let readback = Buffer::new(&gpu, "readback", state.height().bytes(), Residence::Readback)?;
 

@@ -5,7 +5,7 @@
 
 mod common;
 
-#[allow(dead_code, unsafe_op_in_unsafe_fn)]
+#[allow(dead_code)]
 #[path = "../examples/embed.rs"]
 mod embed;
 
@@ -47,24 +47,18 @@ fn water_structs() {
     for spv in [shaders::WATER_WEIGH_COMP, shaders::WATER_DISTURB_COMP] {
         assert_layout!(
             interface(spv),
-            "DisturbParams"
-                == water::DisturbParams { cells, pitch, stride, cell_m, limit_m, has_velocity }
+            "DisturbParams" == water::DisturbParams { cells, pitch, stride, cell_m, limit_m, has_velocity }
         );
         assert_layout!(
             interface(spv),
             "Disturbance"
-                == water::Disturbance {
-                    at_m,
-                    radius_m,
-                    volume_m3,
-                    push_m3ps,
-                    scale,
-                    reserved0,
-                    reserved1
-                }
+                == water::Disturbance { at_m, radius_m, volume_m3, push_m3ps, scale, reserved0, reserved1 }
         );
     }
-    assert_layout!(interface(shaders::WATER_WEIGH_COMP), "Counters" == water::Counts { applied, rejected, missed });
+    assert_layout!(
+        interface(shaders::WATER_WEIGH_COMP),
+        "Counters" == water::Counts { applied, rejected, missed }
+    );
     for spv in [shaders::WATER_SURFACE_VERT, shaders::WATER_SURFACE_FRAG, shaders::WATER_WIRE_VERT] {
         assert_layout!(
             interface(spv),
@@ -164,7 +158,8 @@ fn a_kernel_that_disagrees_with_its_shader_is_refused() {
         text(Kernel::new::<water::Params>(&gpu, &KernelInfo { spv: b"GLSL", ..WAVES }).err()),
         "kernel `water.waves`: not SPIR-V"
     );
-    let huge = text(Kernel::new::<water::Params>(&gpu, &KernelInfo { constants: &[64, 64, 1, 0], ..WAVES }).err());
+    let huge =
+        text(Kernel::new::<water::Params>(&gpu, &KernelInfo { constants: &[64, 64, 1, 0], ..WAVES }).err());
     assert!(huge.starts_with("kernel `water.waves`: workgroup [64, 64, 1], and "), "{huge}");
 }
 
@@ -202,7 +197,8 @@ fn a_device_is_chosen_by_index_uuid_or_part_of_its_name() {
     let _alone = common::gpu();
     let all = Gpu::adapters().unwrap();
     let first = &all[0];
-    let open = |device: &str| Gpu::headless(&GpuOptions { device: Some(device.into()), ..Default::default() });
+    let open =
+        |device: &str| Gpu::headless(&GpuOptions { device: Some(device.into()), ..Default::default() });
     let part = first.name[1..4].to_uppercase();
     for device in ["0", &first.uuid, &part, &first.name] {
         assert_eq!(open(device).unwrap().name(), first.name, "{device}");

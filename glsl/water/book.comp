@@ -25,9 +25,8 @@ layout(set = 0, binding = 1, std430) writeonly buffer NewColumns { Column new_co
 
 layout(push_constant, std430) uniform Push { WaterParams p; };
 
-const ivec2 PIPES[4] = ivec2[4](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1, 1));
-
-shared Column tile[PADDED * PADDED];
+shared float height_m[PADDED * PADDED];
+shared vec4 flow_mps[PADDED * PADDED];
 
 bool is_in_grid(ivec2 c) { return all(greaterThanEqual(c, ivec2(0))) && all(lessThan(c, ivec2(p.cells))); }
 
@@ -38,25 +37,31 @@ void main() {
     // 1. The tile and its ring. Columns outside the grid stay zero: no pipe leads to them.
     for (int i = first; i < PADDED * PADDED; i += TILE * TILE) {
         ivec2 c = corner + ivec2(i % PADDED, i / PADDED);
-        tile[i] = Column(0.0, float[4](0.0, 0.0, 0.0, 0.0));
-        if (is_in_grid(c)) tile[i] = columns[uint(c.y) * p.pitch + uint(c.x)];
+        Column column = Column(0.0, float[4](0.0, 0.0, 0.0, 0.0));
+        if (is_in_grid(c)) column = columns[uint(c.y) * p.pitch + uint(c.x)];
+        height_m[i] = column.height_m;
+        flow_mps[i] = vec4(column.flow_mps[0], column.flow_mps[1], column.flow_mps[2], column.flow_mps[3]);
     }
     barrier();
 
     // 2. New flow in every pipe that starts here and ends inside the padded tile, for the ring too: its flows are
     //    needed below, and thrown away after that.
+    const precise vec4 pull = p.pull * vec4(1.0, p.diagonal, 1.0, p.diagonal);
     for (int i = first; i < PADDED * PADDED; i += TILE * TILE) {
-        ivec2 at = ivec2(i % PADDED, i / PADDED);
-        for (int k = 0; k < 4; ++k) {
-            ivec2 to = at + PIPES[k];
-            bool is_in_tile = to.x >= 0 && to.x < PADDED && to.y < PADDED;
-            precise float flow = 0.0;
-            if (is_in_tile && is_in_grid(corner + at) && is_in_grid(corner + to)) {
-                precise float pull = (k & 1) == 1 ? p.diagonal * p.pull : p.pull;
-                flow = p.keep * (tile[i].flow_mps[k] + pull * (tile[to.y * PADDED + to.x].height_m - tile[i].height_m));
-            }
-            tile[i].flow_mps[k] = flow;
-        }
+        ivec2 at = ivec2(i % PADDED, i / PADDED), c = corner + at;
+        bool right = at.x < PADDED - 1 && c.x + 1 < int(p.cells.x);
+        bool below = at.y < PADDED - 1 && c.y + 1 < int(p.cells.y);
+        bool left = at.x > 0 && c.x > 0;
+        bvec4 exists = bvec4(right, right && below, below, below && left);
+        if (!is_in_grid(c)) exists = bvec4(false);
+        float h = height_m[i];
+        precise vec4 slope = vec4(0.0);
+        if (exists.x) slope.x = height_m[i + 1] - h;
+        if (exists.y) slope.y = height_m[i + PADDED + 1] - h;
+        if (exists.z) slope.z = height_m[i + PADDED] - h;
+        if (exists.w) slope.w = height_m[i + PADDED - 1] - h;
+        precise vec4 flow = p.keep * (flow_mps[i] + pull * slope);
+        flow_mps[i] = mix(vec4(0.0), flow, exists);
     }
     barrier();
 
@@ -64,11 +69,10 @@ void main() {
     ivec2 c = ivec2(gl_GlobalInvocationID.xy);
     if (!is_in_grid(c)) return;
     int i = (int(gl_LocalInvocationID.y) + 1) * PADDED + int(gl_LocalInvocationID.x) + 1;
-    Column column = tile[i];
-    precise float gain = (column.flow_mps[0] + column.flow_mps[1]) + (column.flow_mps[2] + column.flow_mps[3]);
-    precise float loss = (tile[i - 1].flow_mps[0] + tile[i - PADDED - 1].flow_mps[1]) +
-                         (tile[i - PADDED].flow_mps[2] + tile[i - PADDED + 1].flow_mps[3]);
-    precise float height = column.height_m + p.dt_s * (gain - loss);
-    column.height_m = height;
-    new_columns[uint(c.y) * p.pitch + uint(c.x)] = column;
+    vec4 own = flow_mps[i];
+    precise float gain = (own.x + own.y) + (own.z + own.w);
+    precise float loss = (flow_mps[i - 1].x + flow_mps[i - PADDED - 1].y) +
+                         (flow_mps[i - PADDED].z + flow_mps[i - PADDED + 1].w);
+    precise float height = height_m[i] + p.dt_s * (gain - loss);
+    new_columns[uint(c.y) * p.pitch + uint(c.x)] = Column(height, float[4](own.x, own.y, own.z, own.w));
 }

@@ -74,16 +74,18 @@ fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
     let mut all = Vec::new();
     for &size in args.sizes.as_deref().unwrap_or(&[1024]) {
         let rates = progress("tunings", |on| bench::sweep_tuning(gpu, size, on))?;
-        let entry = |(tuning, rate): &(whitecap::water::Tuning, f64)| {
-            json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "cells_per_s": rate})
-        };
+        let entry = |(tuning, rate): &(whitecap::water::Tuning, f64)| json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "cells_per_s": rate});
         all.extend(rates.iter().map(entry));
         if !args.json {
             let rows: Vec<_> = rates
                 .iter()
                 .take(12)
                 .map(|(tuning, rate)| {
-                    vec![format!("{}x{}", tuning.group.x, tuning.group.y), tuning.rows.to_string(), short(1e-9 * rate)]
+                    vec![
+                        format!("{}x{}", tuning.group.x, tuning.group.y),
+                        tuning.rows.to_string(),
+                        short(1e-9 * rate),
+                    ]
                 })
                 .collect();
             print(&format!("{size} x {size} on {}", gpu.name()));
@@ -91,7 +93,9 @@ fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
         }
     }
     if args.json {
-        print_json(&json!({"device": gpu.name(), "driver": gpu.adapter().driver, "clock": gpu.clock()?.name(), "tunings": all}))?;
+        print_json(
+            &json!({"device": gpu.name(), "driver": gpu.adapter().driver, "clock": gpu.clock()?.name(), "tunings": all}),
+        )?;
     }
     Ok(())
 }

@@ -49,8 +49,17 @@ pub fn run(args: &StudyArgs) -> Result<(), Failure> {
                 ]
             })
             .collect();
-        print(&format!("{}, {}: {} points, reference: {}", study.sim, study.study, study.points.len(), study.reference));
-        print(&format!("{}\n", table(&["error", "cheapest", "ms per simulated s", "times the seed's"], &rows)));
+        print(&format!(
+            "{}, {}: {} points, reference: {}",
+            study.sim,
+            study.study,
+            study.points.len(),
+            study.reference
+        ));
+        print(&format!(
+            "{}\n",
+            table(&["error", "cheapest", "ms per simulated s", "times the seed's"], &rows)
+        ));
     }
     print(&format!("report: {}", args.out.join("index.html").display()));
     args.device.verdict(&gpu)

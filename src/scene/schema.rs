@@ -206,10 +206,10 @@ fn check_together(table: &Table<'_>, water: &WaterScene, fps: f64) {
     let [x, z] = [0, 1].map(|axis| f64::from(water.size_m[axis]) / f64::from(water.cells[axis]));
     if (x / z - 1.0).abs() > 1e-3 {
         let cells = water.cells;
-        let other = (f64::from(water.size_m[1]) / x).round().max(1.0);
+        let other = (f64::from(water.size_m[1]) / x).round().max(1.0) as u32;
         let message = format!(
-            "is {cells:?}, columns of {x} x {z} m; they are square, as with {:?}",
-            [f64::from(cells[0]), other]
+            "is {cells:?}, columns of {x:.4} x {z:.4} m; they are square, as with {:?}",
+            [cells[0], other]
         );
         return table.blame("cells", ProblemKind::Conflict, message);
     }

@@ -216,14 +216,6 @@ impl Basin {
         Ok(list.counts()?)
     }
 
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        match &self.state {
-            State::Book(state) => state.bytes(),
-            State::Waves(state) => state.bytes(),
-        }
-    }
-
     /// The time that a step takes.
     ///
     /// # Errors

@@ -243,7 +243,7 @@ impl<T: Real> Book<T> {
                 let loss = (flow(x, y, -1, 0, 0) + flow(x, y, -1, -1, 1))
                     + (flow(x, y, 0, -1, 2) + flow(x, y, 1, -1, 3));
                 let i = y * p.width + x;
-                self.height_m[i] = self.height_m[i] + p.dt * (gain - loss);
+                self.height_m[i] += p.dt * (gain - loss);
             }
         }
     }

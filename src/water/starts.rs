@@ -70,8 +70,8 @@ pub fn islands(model: Model) -> Start {
     let width = model.cells.x;
     for (i, height) in start.height_m.iter_mut().enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);
-        let clump = hash((x / 5) * 7919 + y / 5) % 16 == 0;
-        let alone = hash(i as u32 ^ 0x9e37_79b9) % 24 == 0;
+        let clump = hash((x / 5) * 7919 + y / 5).is_multiple_of(16);
+        let alone = hash(i as u32 ^ 0x9e37_79b9).is_multiple_of(24);
         if clump || alone {
             *height = LAND_M;
         }

@@ -18,16 +18,15 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Measured: docs/results. Small grids want more invocations, large ones fewer loads.
+    /// The fastest of `whitecap bench --tune` (docs/results): wide groups, and as few loads as leave every lane of the
+    /// device something to do.
     pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
-        let is_cpu = gpu.adapter().kind == "CPU";
-        let rows = if is_cpu { 16 } else { 4 };
-        let group = if is_cpu { UVec2::new(64, 1) } else { UVec2::new(32, 4) };
-        // At least a few invocations for every lane of the device.
-        let fewest = if is_cpu { 1 } else { 1 << 16 };
+        let (group, rows, fewest) = match gpu.adapter().kind {
+            "CPU" => (UVec2::new(128, 1), 16, 1),
+            _ => (UVec2::new(128, 2), 2, 1 << 16),
+        };
         let fours = u64::from(cells.x.div_ceil(4));
-        let rows = (u64::from(cells.y) * fours / fewest).clamp(1, rows) as u32;
-        Self { group, rows }
+        Self { group, rows: (u64::from(cells.y) * fours / fewest).clamp(1, rows) as u32 }
     }
 }
 
