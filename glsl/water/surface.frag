@@ -74,7 +74,7 @@ void main() {
 
     vec2 arrives = terrain_light(at_m.xz);
     vec3 half_way = normalize(view.to_sun.xyz - dir);
-    float glint = pow(max(dot(n, half_way), 0.0), 700.0) * 9.0 + pow(max(dot(n, half_way), 0.0), 90.0) * 0.05;
+    float glint = pow(max(dot(n, half_way), 0.0), 700.0) * 5.0 + pow(max(dot(n, half_way), 0.0), 90.0) * 0.025;
     vec3 water = mix(seen, reflected, mirror) + SUN_LIGHT * glint * arrives.x * (0.3 + 0.7 * mirror);
 
     // A thin wash of foam where the water runs out.

@@ -181,7 +181,7 @@ pub fn main() -> ExitCode {
 
 /// Prints to standard output; a reader that has gone (`| head`) is no error.
 fn print(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{}", text.trim_end());
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {

@@ -22,7 +22,7 @@ pub fn run(args: &ScenesArgs) -> Result<(), Failure> {
         if args.json {
             return print_json(&builtin::load(name, &[])?);
         }
-        print(toml);
+        print(toml.trim_end());
         return Ok(());
     }
     if args.json {

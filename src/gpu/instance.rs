@@ -55,7 +55,13 @@ impl Instance {
         if validate && env::var_os("VK_LAYER_VALIDATE_SYNC").is_none() {
             info = info.push_next(&mut features);
         }
-        let raw = unsafe { loader.create_instance(&info, None) }.or_call("vkCreateInstance")?;
+        let raw = match unsafe { loader.create_instance(&info, None) } {
+            // What the loader says when it finds no driver.
+            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => {
+                return Err(Error::NoDevice { missing: Vec::new() })
+            }
+            other => other.or_call("vkCreateInstance")?,
+        };
 
         // From here `Drop` cleans up, also when the messenger fails.
         let mut instance =
