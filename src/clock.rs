@@ -26,6 +26,11 @@ pub struct Advance {
 
 /// Units in a second.
 const UNITS: f64 = (1u128 << 80) as f64;
+impl FixedStep {
+    /// Shortest step (s).
+    pub const SHORTEST_S: f64 = 1e-6;
+}
+
 /// Longest frame that is believed (s), about a year: sums stay far from overflow.
 const LONGEST_FRAME_S: f64 = 3e7;
 
@@ -44,7 +49,7 @@ impl FixedStep {
     /// # Panics
     /// If `dt_s` is not between 1 us and a year, or no step is allowed.
     pub fn new(dt_s: f64, max_steps_per_frame: u32) -> Self {
-        assert!((1e-6..=LONGEST_FRAME_S).contains(&dt_s), "a step of {dt_s} s");
+        assert!((Self::SHORTEST_S..=LONGEST_FRAME_S).contains(&dt_s), "a step of {dt_s} s");
         assert!(max_steps_per_frame > 0, "no step in any frame");
         let dt = units(dt_s);
         Self { dt_s, dt, max_steps_per_frame, pending: 0, steps: 0, lost_steps: 0, refused: 0 }

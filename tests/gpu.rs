@@ -13,6 +13,7 @@ use std::mem::{offset_of, size_of};
 use whitecap::{
     draw,
     gpu::{
+        compiler, glsl,
         reflect::{reflect, Interface},
         Buffer, Error, Gpu, GpuOptions, Kernel, KernelInfo, Residence,
     },
@@ -183,6 +184,61 @@ fn no_room_names_the_buffer_and_the_limit() {
     assert!(error.to_string().starts_with(&format!("`water.height_m` needs {over}, and ")), "{error}");
     let error = Buffer::new(&gpu, "water.height_m", 1 << 41, Residence::Readback).err().unwrap();
     assert!(error.to_string().contains("`water.height_m`"), "{error}");
+}
+
+/// What `spirv-val` says of every shader; it comes with the packages that `./dev` installs.
+#[test]
+fn every_shader_is_valid_spirv() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, spv) in shaders::ALL {
+        let path = dir.path().join(name);
+        std::fs::write(&path, spv).unwrap();
+        let said =
+            std::process::Command::new("spirv-val").args(["--target-env", "vulkan1.3"]).arg(&path).output();
+        match said {
+            Ok(said) => assert!(said.status.success(), "{name}: {}", String::from_utf8_lossy(&said.stderr)),
+            Err(_) => return println!("SKIP: no spirv-val on this machine"),
+        }
+    }
+}
+
+const DOUBLED: &str = r#"#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "water/land.glsl"
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0, std430) buffer Numbers { float numbers[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < uint(numbers.length()) && numbers[i] != LAND_M) numbers[i] *= 2.0;
+}
+"#;
+
+#[test]
+fn a_users_kernel_is_compiled_and_run_at_run_time() {
+    let gpu = common::gpu();
+    let words = compiler().unwrap().compile(DOUBLED, "mine.comp", glsl::Stage::Compute).unwrap();
+    let spv: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let info = KernelInfo { name: c"user.doubled", spv: &spv, blocks: &["Numbers"], constants: &[] };
+    let numbers = gpu.upload("test.numbers", &[1.0f32, water::LAND_M, -3.5]).unwrap();
+    let bound = Kernel::new::<()>(&gpu, &info).unwrap().bind(&[("Numbers", (&numbers).into())]).unwrap();
+    gpu.once(|rec| rec.dispatch(&bound, [3, 1, 1], &())).unwrap();
+    assert_eq!(gpu.download::<f32>(&numbers).unwrap(), [2.0, water::LAND_M, -7.0]);
+}
+
+#[test]
+fn a_shader_that_does_not_compile_is_shown_with_file_line_and_excerpt() {
+    let compile =
+        |source: &str| compiler().unwrap().compile(source, "mine.comp", glsl::Stage::Compute).unwrap_err();
+    let error = compile(&DOUBLED.replace("*= 2.0", "*= two")).to_string();
+    assert!(error.contains("mine.comp:8: error: 'two' : undeclared identifier"), "{error}");
+    assert!(
+        error.ends_with(
+            "    8 |     if (i < uint(numbers.length()) && numbers[i] != LAND_M) numbers[i] *= two;"
+        ),
+        "{error}"
+    );
+    let error = compile(&DOUBLED.replace("water/land.glsl", "water/lava.glsl")).to_string();
+    assert!(error.contains("no include `water/lava.glsl`"), "{error}");
 }
 
 #[test]

@@ -36,3 +36,15 @@ pub use raster::{Blend, Depth, Raster, RasterInfo, Topology};
 pub use recorder::{Recorder, Target};
 pub use submit::{SpanTime, Submitter, Times};
 pub use timing::Clock;
+
+/// A compiler of GLSL at run time, which knows the files that this crate's own shaders include.
+///
+/// # Errors
+/// If shaderc cannot start.
+#[cfg(feature = "tools")]
+pub fn compiler() -> std::result::Result<glsl::Compiler, glsl::CompileError> {
+    glsl::Compiler::new(|wanted| {
+        let found = crate::shaders::INCLUDES.iter().find(|(name, _)| *name == wanted);
+        found.map(|(_, text)| text.to_string())
+    })
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The keys of a scene file, their ranges and defaults: one function for each table.
 
+use crate::clock::FixedStep;
 use std::path::Path;
 
 use super::{
@@ -16,6 +17,9 @@ use super::{
     Camera, Drop, Model, Output, Override, Rain, Scene, SceneError, Start, Sun, TerrainSource, View, Walls,
     WaterScene,
 };
+
+/// Most steps that a picture may take: beyond it a run would seem to hang.
+const MOST_STEPS: f64 = 10_000.0;
 
 /// The name of a water that is not given one.
 pub(super) const DEFAULT_NAME: &str = "water";
@@ -220,6 +224,14 @@ fn check_together(table: &Table<'_>, water: &WaterScene, fps: f64) {
         return table.blame(key, ProblemKind::OutOfRange, message);
     }
     let steps = (1.0 / (fps * simulation.dt_s)).ceil();
+    if steps > MOST_STEPS || simulation.dt_s < FixedStep::SHORTEST_S {
+        let dt_s = simulation.dt_s;
+        let message = format!(
+            "is {dt_s:e}, {steps} steps a picture; allowed: at most {MOST_STEPS} steps a picture, each of {:e} s at least",
+            FixedStep::SHORTEST_S
+        );
+        return table.blame("dt_s", ProblemKind::OutOfRange, message);
+    }
     if let Some(most) = water.max_catch_up_steps.filter(|&most| f64::from(most) < steps) {
         let message = format!("is {most}; a picture takes {steps} steps, so time would be lost at each");
         table.blame("max_catch_up_steps", ProblemKind::Conflict, message);
@@ -267,7 +279,7 @@ fn drop(mut table: Table<'_>, model: Model) -> Drop {
         volume_m3,
         push_m3ps,
         start_s: table.maybe("start_s", AtLeastZero).unwrap_or(0.0),
-        every_s: table.maybe("every_s", AboveZero),
+        every_s: table.maybe("every_s", Within(1e-4, 1e9)),
         count: table.maybe("count", Within(1.0, f64::from(u32::MAX))),
     };
     if drop.count.is_some() && drop.every_s.is_none() {
