@@ -101,9 +101,10 @@ unsafe extern "system" fn collect(
 ) -> vk::Bool32 {
     // SAFETY: `user` is `Instance::messages`, and the messenger is destroyed before it.
     let (sink, data) = unsafe { (&*(user as *const Messages), &*data) };
-    let text = unsafe { data.message_as_c_str() }.unwrap_or(c"").to_string_lossy().into_owned();
+    let (id, text) = unsafe { (data.message_id_name_as_c_str(), data.message_as_c_str()) };
+    let [id, text] = [id, text].map(|part| part.unwrap_or(c"").to_string_lossy());
     if let Ok(mut sink) = sink.lock() {
-        sink.push(text);
+        sink.push(format!("{id}: {text}"));
     }
     vk::FALSE
 }
