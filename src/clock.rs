@@ -78,6 +78,11 @@ impl FixedStep {
         self.dt_s
     }
 
+    /// The cap.
+    pub fn max_steps_per_frame(&self) -> u32 {
+        self.max_steps_per_frame
+    }
+
     /// Steps asked for so far.
     pub fn steps(&self) -> u64 {
         self.steps

@@ -137,8 +137,19 @@ fn a_machine_without_vulkan_is_exit_code_3() {
 
 fn small_run(dir: &Path, more: &[&str]) -> Value {
     let out = dir.to_str().unwrap();
-    let mut args =
-        vec!["run", "fjord", "--frames", "4", "--size", "64x48", "--out", out, "--json", "--hash-every", "2"];
+    let mut args = vec![
+        "run",
+        "fjord",
+        "--set",
+        "output.frames=4",
+        "--size",
+        "64x48",
+        "--out",
+        out,
+        "--json",
+        "--hash-every",
+        "2",
+    ];
     args.extend(more);
     if std::env::var("WHITECAP_TEST_PASS").as_deref() != Ok("swiftshader") {
         args.push("--validate");
@@ -199,6 +210,35 @@ fn the_same_seed_gives_the_same_bits_and_another_seed_others() {
     assert_ne!(first.1, hash(&["--no-frames", "--seed", "2"]).1);
     // A value that is set to what it is changes nothing.
     assert_eq!(first.1, hash(&["--no-frames", "--set", "output.fps=30"]).1);
+}
+
+#[test]
+fn a_run_that_is_resumed_is_the_run_that_never_stopped() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("state.bin");
+    let state = file.to_str().unwrap();
+    let end = |stats: Value| stats["waters"][0]["state_hash"].clone();
+    let whole = end(small_run(dir.path(), &["--set", "output.frames=9"]));
+    small_run(dir.path(), &["--checkpoint", state]); // pictures 0 to 3
+    assert_eq!(end(small_run(dir.path(), &["--set", "output.frames=9", "--resume", state])), whole);
+
+    let out = dir.path().to_str().unwrap();
+    let resume = |more: &[&str]| {
+        let args = ["run", "fjord", "--size", "64x48", "--out", out, "--resume", state];
+        fails(&args.iter().chain(more).copied().collect::<Vec<_>>())
+    };
+    let (code, said) = resume(&["--seed", "7"]);
+    assert!(code == 2 && said.contains("of another scene"), "{said}");
+    assert!(resume(&["--frames", "4"]).1.contains("its 4 pictures are all that the scene asks for"));
+    let mut bytes = fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&file, &bytes).unwrap();
+    assert!(resume(&[]).1.contains("its checksum does not fit"));
+    fs::write(&file, &bytes[..7]).unwrap();
+    assert!(resume(&[]).1.contains("it is too short"));
+    fs::write(&file, b"some other file of some length").unwrap();
+    assert!(resume(&[]).1.contains("it begins with something else"));
 }
 
 #[test]

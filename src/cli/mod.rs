@@ -155,6 +155,7 @@ impl From<RunError> for Failure {
             RunError::Water(error) => error.into(),
             RunError::Gpu(error) => error.into(),
             RunError::File(error) => error.into(),
+            RunError::Checkpoint(error) => Self::input(error),
         }
     }
 }

@@ -19,6 +19,15 @@ pub struct RunArgs {
     /// Hash the state every so many pictures
     #[arg(long, value_name = "N", default_value_t = 0)]
     hash_every: u32,
+    /// Write the state here after the last picture, and every so many before
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Pictures from one checkpoint to the next
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
+    checkpoint_every: u32,
+    /// Go on from the state in this file, with the picture after it
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Print stats.json to standard output
     #[arg(long)]
     json: bool,
@@ -27,8 +36,13 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
     let gpu = args.device.open()?;
-    let options =
-        RunOptions { out: args.out.clone(), has_frames: !args.no_frames, hash_every: args.hash_every };
+    let options = RunOptions {
+        out: args.out.clone(),
+        has_frames: !args.no_frames,
+        hash_every: args.hash_every,
+        checkpoint: args.checkpoint.clone().map(|path| (path, args.checkpoint_every)),
+        resume: args.resume.clone(),
+    };
     if !args.json {
         let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
         print(&format!("{title} on {} ({}), seed {}", gpu.name(), gpu.adapter().driver, scene.seed));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{falls::Falls, stats::WaterStats};
+use super::{checkpoint::fnv, falls::Falls, stats::WaterStats};
 use crate::{
     clock::FixedStep,
     draw::Stage,
@@ -171,13 +171,47 @@ impl Lake {
         })
     }
 
-    /// Hash of the state (FNV-1a, 64 bits), the same for the same scene, seed and device.
+    /// The whole state: columns, or heights and then velocities.
+    pub fn state(&self, gpu: &Gpu) -> Result<Vec<f32>, sim::Error> {
+        Ok(match &self.state {
+            State::Book(state) => bytemuck::allocation::pod_collect_to_vec(&state.download(gpu)?),
+            State::Waves(state) => {
+                let (mut height, velocity) = state.download(gpu)?;
+                height.extend(velocity);
+                height
+            }
+        })
+    }
+
+    /// Goes on from `floats`, the state after `pictures` of `frame_s`. `false` if they are not of this grid.
+    pub fn restore(
+        &mut self,
+        gpu: &Gpu,
+        floats: &[f32],
+        pictures: u32,
+        frame_s: f64,
+    ) -> Result<bool, sim::Error> {
+        let cells = self.model.cells.as_usizevec2().element_product();
+        match &self.state {
+            State::Book(state) if floats.len() == 5 * cells => {
+                state.upload_columns(gpu, bytemuck::cast_slice(floats))?
+            }
+            State::Waves(state) if floats.len() == 2 * cells => {
+                state.upload(gpu, &floats[..cells], &floats[cells..])?;
+            }
+            _ => return Ok(false),
+        }
+        // The clock is a function of the frames that have passed.
+        self.clock = FixedStep::new(self.clock.dt_s(), self.clock.max_steps_per_frame());
+        for _ in 0..pictures {
+            self.clock.advance(frame_s);
+        }
+        Ok(true)
+    }
+
+    /// Hash of the state, the same for the same scene, seed and device.
     pub fn hash(&self, gpu: &Gpu) -> Result<u64, sim::Error> {
-        let (height, velocity) = self.download(gpu)?;
-        let numbers = height.iter().chain(velocity.iter().flatten());
-        Ok(numbers.flat_map(|number| number.to_le_bytes()).fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        }))
+        Ok(fnv(self.state(gpu)?.into_iter().flat_map(f32::to_le_bytes)))
     }
 
     /// What became of the water.

@@ -2,6 +2,7 @@
 //! The headless runner: steps a scene, draws it, and writes pictures, a contact sheet, a clip and `stats.json`.
 
 pub mod atomic;
+pub mod checkpoint;
 pub mod clip;
 mod falls;
 mod lake;
@@ -16,6 +17,7 @@ use crate::{
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
 };
+use checkpoint::{scene_hash, Checkpoint, CheckpointError};
 use clip::{Clip, ClipOptions};
 use glam::{UVec2, Vec3};
 use lake::Lake;
@@ -38,6 +40,10 @@ pub struct RunOptions {
     pub has_frames: bool,
     /// Hash the state every so many frames; 0 only at the end.
     pub hash_every: u32,
+    /// Write the state here, every so many pictures and after the last.
+    pub checkpoint: Option<(PathBuf, u32)>,
+    /// Go on from this state, with the picture after it.
+    pub resume: Option<PathBuf>,
 }
 
 /// What was written.
@@ -64,6 +70,9 @@ pub enum RunError {
     /// A file that cannot be written.
     #[error(transparent)]
     File(#[from] atomic::FileError),
+    /// A file that is no state of this scene.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
 }
 
 /// Spans that are timed in one picture; further steps are not.
@@ -149,6 +158,30 @@ impl World {
         self.lakes.iter().map(|lake| Ok(format!("{:016x}", lake.hash(gpu)?))).collect()
     }
 
+    /// The state after the picture of this number.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn checkpoint(&self, gpu: &Gpu, picture: u32) -> Result<Checkpoint, RunError> {
+        let states = self.lakes.iter().map(|lake| lake.state(gpu)).collect::<Result<_, _>>()?;
+        Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
+    }
+
+    /// Goes on from `from`. `false` if it is of other grids.
+    ///
+    /// # Errors
+    /// The device's, or numbers that are not finite.
+    pub fn restore(&mut self, gpu: &Gpu, from: &Checkpoint) -> Result<bool, RunError> {
+        let frame_s = 1.0 / self.scene.output.fps;
+        for (lake, state) in self.lakes.iter_mut().zip(&from.states) {
+            if !lake.restore(gpu, state, from.picture, frame_s)? {
+                return Ok(false);
+            }
+        }
+        self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
+        Ok(true)
+    }
+
     /// Steps of the water that has taken most.
     pub fn steps(&self) -> u64 {
         self.lakes.iter().map(Lake::steps).max().unwrap_or(0)
@@ -192,9 +225,22 @@ pub fn run(
     // Encoding takes as long as drawing: it has a thread of its own, at most two pictures behind.
     let (sender, receiver) = mpsc::sync_channel::<Picture>(2);
     let encoder = Encoder::new(scene, options)?;
-    let encoder = thread::spawn(move || encoder.take(receiver));
     let frame_s = 1.0 / scene.output.fps;
-    for frame in 0..scene.output.frames {
+    let mut first = 0;
+    if let Some(path) = &options.resume {
+        let from = Checkpoint::read(path, scene)?;
+        if !world.restore(gpu, &from)? {
+            return Err(CheckpointError::OtherScene { path: path.display().to_string() }.into());
+        }
+        first = from.picture + 1;
+        if first >= scene.output.frames {
+            return Err(
+                CheckpointError::Complete { path: path.display().to_string(), pictures: first }.into()
+            );
+        }
+    }
+    let encoder = thread::spawn(move || encoder.take(first, receiver));
+    for frame in first..scene.output.frames {
         // The first picture is the start.
         let (picture, times) = world.frame(&mut submitter, if frame == 0 { 0.0 } else { frame_s })?;
         for span in &times.spans {
@@ -202,6 +248,11 @@ pub fn run(
         }
         if options.hash_every > 0 && frame % options.hash_every == 0 {
             stats.hashes.push((frame, world.hashes(gpu)?));
+        }
+        if let Some((path, every)) = &options.checkpoint {
+            if frame % every == every - 1 || frame + 1 == scene.output.frames {
+                world.checkpoint(gpu, frame)?.write(path)?;
+            }
         }
         if sender.send(picture).is_err() {
             break; // the encoder has failed, and says why below
@@ -245,9 +296,9 @@ impl Encoder {
         })
     }
 
-    fn take(mut self, pictures: mpsc::Receiver<Picture>) -> Result<Files, RunError> {
+    fn take(mut self, first: u32, pictures: mpsc::Receiver<Picture>) -> Result<Files, RunError> {
         let mut sheet = Vec::new();
-        for (frame, picture) in (0u32..).zip(pictures) {
+        for (frame, picture) in (first..).zip(pictures) {
             if let Some(dir) = &self.frames_dir {
                 picture.write_png(&numbered(dir, frame))?;
             }

@@ -112,10 +112,22 @@ impl BookState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells)?;
-        let columns: Vec<_> =
-            height_m.iter().map(|&height_m| Column { height_m, flow_mps: [0.0; 4] }).collect();
-        Ok(gpu.upload_to(self.columns(), &columns)?)
+        let at_rest = |&height_m: &f32| Column { height_m, flow_mps: [0.0; 4] };
+        self.upload_columns(gpu, &height_m.iter().map(at_rest).collect::<Vec<_>>())
+    }
+
+    /// Sets heights and flows.
+    ///
+    /// # Errors
+    /// As [`BookState::upload`].
+    pub fn upload_columns(&self, gpu: &Gpu, columns: &[Column]) -> Result<(), Error> {
+        let heights: Vec<f32> = columns.iter().map(|column| column.height_m).collect();
+        check_heights("height_m", &heights, self.cells)?;
+        for k in 0..4 {
+            let flows: Vec<f32> = columns.iter().map(|column| column.flow_mps[k]).collect();
+            check_heights("flow_mps", &flows, self.cells)?;
+        }
+        Ok(gpu.upload_to(self.columns(), columns)?)
     }
 
     /// The columns.
