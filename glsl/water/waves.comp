@@ -63,8 +63,8 @@ void main() {
         if (has_land) pull = at_shores(pull, n, c, s, p.diagonal, folded);
         uint i = y * fours + q;
         vec4 h = c.mid, v = velocity_mps[i];
+        if (has_land) v = still_on_land(h, v);
         advance(h, v, pull, p);
-        if (has_land) keep_land(c.mid, h, v);
         velocity_mps[i] = v;
         new_height_m[i] = h;
         n = c;

@@ -30,7 +30,9 @@ vec4 pull_of(vec4 bend_n, vec4 bend, vec4 bend_s, vec4 up, vec4 down, float diag
 // Weight of the pipes up and down in four columns, the first of which is `x`.
 vec4 upright_of(int x, int width, float diagonal, bool folded) {
     ivec4 columns = x + ivec4(0, 1, 2, 3);
-    vec4 walls = folded ? vec4(0.0) : vec4(equal(columns, ivec4(0))) + vec4(equal(columns, ivec4(width - 1)));
+    vec4 walls = vec4(0.0);
+    // Walls recur in mirror images beyond the grid.
+    if (!folded) walls = vec4(equal(abs(columns) % width, ivec4(0))) + vec4(equal(abs(columns + 1) % width, ivec4(0)));
     precise vec4 weight = vec4(1.0) + (2.0 - walls) * diagonal;  // the product is exact
     return weight;
 }
@@ -78,16 +80,14 @@ vec3 around(Row r, int k) {
     return vec3(k == 0 ? r.west : r.mid[max(k - 1, 0)], r.mid[k], k == 3 ? r.east : r.mid[min(k + 1, 3)]);
 }
 
-// Corrects the columns of `pull` that are beside land.
+// Corrects the columns of `pull` that are beside land or land.
 vec4 at_shores(vec4 pull, Row n, Row c, Row s, float diagonal, bool folded) {
     for (int k = 0; k < 4; ++k) {
-        if (abs(pull[k]) > SHORE) pull[k] = pull_beside_land(around(n, k), around(c, k), around(s, k), diagonal, folded);
+        if (pull[k] > SHORE) pull[k] = 0.0;
+        if (pull[k] < -SHORE) pull[k] = pull_beside_land(around(n, k), around(c, k), around(s, k), diagonal, folded);
     }
     return pull;
 }
 
-void keep_land(vec4 old_h, inout vec4 h, inout vec4 v) {
-    bvec4 land = equal(old_h, vec4(LAND_M));
-    v = mix(v, vec4(0.0), land);
-    h = mix(h, vec4(LAND_M), land);
-}
+// Land without velocity and pull stays where it is, to the bit.
+vec4 still_on_land(vec4 h, vec4 v) { return mix(v, vec4(0.0), equal(h, vec4(LAND_M))); }
