@@ -17,6 +17,8 @@ pub trait Real:
     + Mul<Output = Self>
     + Neg<Output = Self>
 {
+    /// `self * a + b`, rounded once.
+    fn fused(self, a: Self, b: Self) -> Self;
     /// Nearest value.
     fn of(value: f64) -> Self;
     /// Exact.
@@ -24,6 +26,9 @@ pub trait Real:
 }
 
 impl Real for f32 {
+    fn fused(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
     fn of(value: f64) -> Self {
         value as f32
     }
@@ -33,6 +38,9 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    fn fused(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, b)
+    }
     fn of(value: f64) -> Self {
         value
     }
@@ -51,6 +59,10 @@ struct Numbers<T> {
     keep: T,
     diagonal: T,
     folded: bool,
+    /// Land is in the basin: the kernel is built to look for it.
+    has_land: bool,
+    /// `fma` is rounded once. GLSL leaves it to the driver.
+    is_fused: bool,
 }
 
 impl<T: Real> Numbers<T> {
@@ -64,6 +76,17 @@ impl<T: Real> Numbers<T> {
             keep: T::of((-model.damping_per_s * model.dt_s).exp()),
             diagonal: T::of(w),
             folded: model.walls == Walls::Folded,
+            has_land: false,
+            is_fused: false,
+        }
+    }
+
+    /// `a * b + c`, as the driver does it.
+    fn fma(&self, a: T, b: T, c: T) -> T {
+        if self.is_fused {
+            a.fused(b, c)
+        } else {
+            a * b + c
         }
     }
 
@@ -89,8 +112,14 @@ impl<T: Real> Waves<T> {
         Self {
             height_m: height_m.iter().map(|&h| T::of(f64::from(h))).collect(),
             velocity_mps: vec![T::default(); height_m.len()],
-            numbers: Numbers::new(model),
+            numbers: Numbers { has_land: height_m.contains(&LAND_M), ..Numbers::new(model) },
         }
+    }
+
+    /// As a driver rounds that has a fused multiply-add; others multiply, round, add, round.
+    pub fn fused(mut self) -> Self {
+        self.numbers.is_fused = true;
+        self
     }
 
     /// One step with half the pull: see [`super::Params::first_from_rest`].
@@ -112,9 +141,9 @@ impl<T: Real> Waves<T> {
                     self.velocity_mps[i] = T::default();
                     continue;
                 };
-                let v = p.keep * (self.velocity_mps[i] + p.pull * sum);
+                let v = p.keep * p.fma(p.pull, sum, self.velocity_mps[i]);
                 self.velocity_mps[i] = v;
-                self.height_m[i] = old[i] + p.dt * v;
+                self.height_m[i] = p.fma(p.dt, v, old[i]);
             }
         }
     }
@@ -125,18 +154,44 @@ fn laplacian<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T
     let land = T::of(f64::from(LAND_M));
     let centre = old[y * p.width + x];
     let at = |dx: isize, dy: isize| neighbour(p, old, land, x, y, dx, dy);
+    let is_beside_land = || (-1..=1).any(|dy| (-1..=1).any(|dx| at(dx, dy) == land));
+    match () {
+        () if centre == land => None,
+        () if p.has_land && is_beside_land() => Some(pulls_beside_land(p, land, centre, at)),
+        () => Some(bends(p, old, x, y)),
+    }
+}
+
+/// `pull_of` in `glsl/water/waves.glsl`: where there is no land, columns beyond the border are mirror images.
+fn bends<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> T {
+    let rows = [y.saturating_sub(1), y, (y + 1).min(p.height - 1)];
+    let columns = [x.saturating_sub(1), x, (x + 1).min(p.width - 1)];
+    let [n, c, s] = rows.map(|y| columns.map(|x| old[y * p.width + x]));
+    let bend = |[west, mid, east]: [T; 3]| (east - mid) - (mid - west);
+    let drops = |at_wall: bool| !p.folded && at_wall;
+    let above = if drops(y == 0) { T::default() } else { bend(n) };
+    let below = if drops(y + 1 == p.height) { T::default() } else { bend(s) };
+    let walls = f64::from(u8::from(drops(x == 0)) + u8::from(drops(x + 1 == p.width)));
+    let upright = T::of(1.0) + T::of(2.0 - walls) * p.diagonal;
+    let along = p.fma(p.diagonal, above + below, bend(c));
+    p.fma(upright, (s[1] - c[1]) - (c[1] - n[1]), along)
+}
+
+/// `pull_beside_land` in `glsl/water/waves.glsl`: land and what lies beyond the border are shores alike.
+fn pulls_beside_land<T: Real>(p: &Numbers<T>, land: T, centre: T, at: impl Fn(isize, isize) -> T) -> T {
     let [n, s, w, e] = [at(0, -1), at(0, 1), at(-1, 0), at(1, 0)];
     let side = |side: T| if side == land { T::default() } else { side - centre };
     let corner = |corner: T, row: T, column: T| corner_pull(p, land, corner, row, column, centre);
     let sides = (side(w) + side(e)) + (side(n) + side(s));
     let corners = (corner(at(-1, -1), n, w) + corner(at(1, -1), n, e))
         + (corner(at(-1, 1), s, w) + corner(at(1, 1), s, e));
-    (centre != land).then(|| sides + p.diagonal * corners)
+    sides + p.diagonal * corners
 }
 
 /// The stencil's sum at every column, 0 on land: for the discrete energy.
 pub fn laplacians(model: &Model, height_m: &[f64]) -> Vec<f64> {
-    let p = Numbers::<f64>::new(model);
+    let has_land = height_m.contains(&f64::from(LAND_M));
+    let p = Numbers::<f64> { has_land, ..Numbers::new(model) };
     (0..height_m.len()).map(|i| laplacian(&p, height_m, i % p.width, i / p.width).unwrap_or(0.0)).collect()
 }
 
@@ -148,7 +203,7 @@ fn neighbour<T: Real>(p: &Numbers<T>, old: &[T], land: T, x: usize, y: usize, dx
     }
 }
 
-/// What the column in one corner adds: `corner_pull` in `glsl/water/waves.comp`, border and shore alike.
+/// What the column in one corner adds: `corner_pull` in `glsl/water/waves.glsl`, border and shore alike.
 fn corner_pull<T: Real>(p: &Numbers<T>, land: T, corner: T, row: T, column: T, centre: T) -> T {
     match (corner != land, row != land, column != land) {
         (true, false, false) => T::default(),

@@ -104,10 +104,23 @@ impl Disturb {
         velocity: Option<&Buffer>,
         capacity: u32,
     ) -> Result<Disturbances> {
+        self.list_of(surfaces, [velocity; 2], capacity)
+    }
+
+    /// The same where each surface has a velocity of its own.
+    ///
+    /// # Errors
+    /// If the device has no room.
+    pub fn list_of(
+        &self,
+        surfaces: [Surface<'_>; 2],
+        velocities: [Option<&Buffer>; 2],
+        capacity: u32,
+    ) -> Result<Disturbances> {
         let bytes = HEADER_BYTES as u64 + u64::from(capacity) * size_of::<Disturbance>() as u64;
         let list = Buffer::new(&self.gpu, "water.disturbances", bytes, Residence::Device)?;
         let counters = self.gpu.upload("water.disturbance_counts", &[Counts::default()])?;
-        let bind = |surface: &Surface<'_>| -> Result<_> {
+        let bind = |surface: &Surface<'_>, velocity: Option<&Buffer>| -> Result<_> {
             let height = surface.height_m;
             let weigh = self.weigh.bind(&[
                 ("Height", height.into()),
@@ -121,7 +134,7 @@ impl Disturb {
             ])?;
             Ok((height.raw(), weigh, apply))
         };
-        let bound = [bind(&surfaces[0])?, bind(&surfaces[1])?];
+        let bound = [bind(&surfaces[0], velocities[0])?, bind(&surfaces[1], velocities[1])?];
         Ok(Disturbances { list, counters, bound, capacity, gpu: self.gpu.clone() })
     }
 }

@@ -7,6 +7,7 @@
 //! | --------------- | --------------------- | ------------------------ | ------------------ |
 //! | `water.book`    | columns               | new columns              | [`cpu::Book`]      |
 //! | `water.waves`   | height, velocity      | velocity, new height     | [`cpu::Waves`]     |
+//! | `water.fused`   | height, velocity      | new height and velocity  | [`cpu::Waves`]     |
 //! | `water.weigh`   | height, disturbances  | disturbances, counters   | [`cpu::weigh`]     |
 //! | `water.disturb` | disturbances          | height, velocity         | [`cpu::disturb`]   |
 //!
@@ -22,12 +23,14 @@ pub mod book;
 pub mod cpu;
 pub mod disturb;
 pub mod draw;
+pub mod fused;
 pub mod oracle;
 pub mod starts;
 pub mod waves;
 
 pub use book::{Book, BookState};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
+pub use fused::{Fused, FusedParams, FusedState, FusedTuning};
 pub use waves::{Tuning, Waves, WavesState};
 
 use crate::gpu::{self, Buffer};

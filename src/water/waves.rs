@@ -144,8 +144,8 @@ impl WavesState {
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
         check_heights("height_m", height_m, self.cells)?;
         check_heights("velocity_mps", velocity_mps, self.cells)?;
-        gpu.upload_to(self.height(), &self.padded(height_m))?;
-        gpu.upload_to(&self.velocity, &self.padded(velocity_mps))?;
+        gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
+        gpu.upload_to(&self.velocity, &padded(velocity_mps, self.cells, self.pitch))?;
         Ok(())
     }
 
@@ -154,21 +154,22 @@ impl WavesState {
     /// # Errors
     /// The device's.
     pub fn download(&self, gpu: &Gpu) -> Result<(Vec<f32>, Vec<f32>)> {
-        let plain = |buffer| {
-            gpu.download::<f32>(buffer).map(|padded| {
-                let rows = padded.chunks_exact(self.pitch as usize);
-                rows.flat_map(|row| &row[..self.cells.x as usize]).copied().collect()
-            })
-        };
-        Ok((plain(self.height())?, plain(&self.velocity)?))
+        let read = |buffer| gpu.download(buffer).map(|all| plain(&all, self.cells, self.pitch));
+        Ok((read(self.height())?, read(&self.velocity)?))
     }
+}
 
-    fn padded(&self, plain: &[f32]) -> Vec<f32> {
-        let mut padded = vec![0.0; self.pitch as usize * self.cells.y as usize];
-        let rows = plain.chunks_exact(self.cells.x as usize);
-        for (to, from) in padded.chunks_exact_mut(self.pitch as usize).zip(rows) {
-            to[..from.len()].copy_from_slice(from);
-        }
-        padded
+/// Rows of `cells.x` numbers, each filled up to `pitch`.
+pub(super) fn padded(plain: &[f32], cells: UVec2, pitch: u32) -> Vec<f32> {
+    let mut padded = vec![0.0; pitch as usize * cells.y as usize];
+    let rows = plain.chunks_exact(cells.x as usize);
+    for (to, from) in padded.chunks_exact_mut(pitch as usize).zip(rows) {
+        to[..from.len()].copy_from_slice(from);
     }
+    padded
+}
+
+/// The inverse of [`padded`].
+pub(super) fn plain(padded: &[f32], cells: UVec2, pitch: u32) -> Vec<f32> {
+    padded.chunks_exact(pitch as usize).flat_map(|row| &row[..cells.x as usize]).copied().collect()
 }
