@@ -31,6 +31,7 @@ pub struct Adapter {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) family: u32,
     pub(super) has_graphics: bool,
+    pub(super) timestamp_bits: u32,
     pub(super) is_portability_subset: bool,
     rank: u32,
 }
@@ -74,6 +75,7 @@ impl Adapter {
             physical,
             family: family.unwrap_or(0) as u32,
             has_graphics,
+            timestamp_bits: family.map_or(0, |f| families[f].timestamp_valid_bits),
             is_portability_subset: false,
             rank: rank(props.device_type),
         };
@@ -83,6 +85,20 @@ impl Adapter {
         }
         described.look_closer(instance)?;
         Ok(described)
+    }
+
+    /// Whether it is a driver that runs on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.kind == kind(vk::PhysicalDeviceType::CPU)
+    }
+
+    /// A queue family that the caller has chosen.
+    pub(super) fn use_family(&mut self, instance: &ash::Instance, family: u32) {
+        let families = unsafe { instance.get_physical_device_queue_family_properties(self.physical) };
+        let chosen = families.get(family as usize).copied().unwrap_or_default();
+        self.family = family;
+        self.has_graphics = chosen.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+        self.timestamp_bits = chosen.timestamp_valid_bits;
     }
 
     /// What only a device of Vulkan 1.3 can be asked.
@@ -138,7 +154,9 @@ impl Adapter {
         let unfit = |a: &Self| format!("{}: it lacks {}", a.name, a.missing.join(", "));
         if let Some(wanted) = wanted {
             let have = all.iter().map(describe).collect();
-            let found = all.into_iter().find(|a| a.is(wanted));
+            // Of several that fit the name, one that will do.
+            let found = all.iter().filter(|a| a.is(wanted, all.len())).min_by_key(|a| !a.missing.is_empty());
+            let found = found.cloned();
             let found = found.ok_or_else(|| Error::NoSuchDevice { wanted: wanted.into(), have })?;
             return if found.missing.is_empty() {
                 Ok(found)
@@ -153,13 +171,13 @@ impl Adapter {
             .ok_or(Error::NoDevice { missing })
     }
 
-    fn is(&self, wanted: &str) -> bool {
-        let plain = |s: &str| s.to_lowercase().replace('-', "");
+    /// By index where there are so many devices, else by UUID or part of the name.
+    fn is(&self, wanted: &str, devices: usize) -> bool {
+        let wanted = wanted.trim().to_lowercase();
         match wanted.parse::<usize>() {
-            Ok(index) if wanted.len() < 6 => index == self.index,
-            _ => {
-                plain(wanted) == self.uuid || self.name.to_lowercase().contains(&wanted.trim().to_lowercase())
-            }
+            Ok(index) if index < devices => index == self.index,
+            _ if wanted.is_empty() => false,
+            _ => wanted.replace('-', "") == self.uuid || self.name.to_lowercase().contains(&wanted),
         }
     }
 }

@@ -126,6 +126,11 @@ impl Buffer {
         self.0.memory.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
+    /// Whether two are one buffer.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
     /// For whoever records beside this crate.
     pub fn raw(&self) -> vk::Buffer {
         self.0.raw

@@ -52,7 +52,7 @@ pub(super) struct Inner {
     pub cache: PipelineCache,
     allocator: Mutex<ga::Allocator>,
     pub debug: Option<ext::debug_utils::Device>,
-    pub queue: vk::Queue,
+    queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
     pub device: Device,
@@ -133,9 +133,10 @@ impl Gpu {
         })
     }
 
-    /// Works on a device that the caller made and goes on owning. Nothing is submitted to `queue` but by the
-    /// convenience functions that say so ([`Gpu::once`], [`Gpu::upload`], [`Gpu::download`]); recording into the
-    /// caller's own command buffers is [`Recorder::new`](super::Recorder::new).
+    /// Works on a device that the caller made and goes on owning. Recording into the caller's own command buffers is
+    /// [`Recorder::new`](super::Recorder::new): it submits nothing. What submits to `queue`, and waits, is set-up and
+    /// reading back: uploads and downloads, [`Image::new`](super::Image::new), [`Gpu::once`], [`Gpu::clock`] and
+    /// [`Submitter`](super::Submitter).
     ///
     /// # Safety
     /// The handles belong together, `device` has the features that [`External::device`] names, and all of it outlives
@@ -151,7 +152,7 @@ impl Gpu {
                 missing: vec![format!("{}: {}", adapter.name, adapter.missing.join(", "))],
             });
         }
-        adapter.family = external.family;
+        adapter.use_family(external.instance, external.family);
         Self::assemble(Assembly {
             raw_instance: external.instance,
             has_debug_utils: external.has_debug_utils,
@@ -181,7 +182,7 @@ impl Gpu {
             cache,
             allocator: Mutex::new(allocator),
             debug,
-            queue: parts.queue,
+            queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
             device: parts.device,
@@ -189,7 +190,7 @@ impl Gpu {
             messages: parts.messages,
         }));
         if gpu.0.instance.is_some() {
-            gpu.set_name(gpu.0.queue, "whitecap.queue");
+            gpu.set_name(*gpu.queue(), "whitecap.queue");
         }
         Ok(gpu)
     }
@@ -217,9 +218,30 @@ impl Gpu {
         &self.0.device
     }
 
-    /// The queue that [`Gpu::once`] submits to.
-    pub fn queue(&self) -> vk::Queue {
-        self.0.queue
+    /// The queue that [`Gpu::once`] submits to, held against other threads' submissions as long as the guard lives.
+    pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.0.queue.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// Whether two are one device.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// Whether the queue can draw.
+    pub fn has_graphics(&self) -> bool {
+        self.0.adapter.has_graphics
+    }
+
+    /// Samples a pixel that pictures are drawn with: 4 where the device has them for colour and depth, else 1.
+    pub fn samples(&self) -> u32 {
+        let limits = self.limits();
+        let allowed = limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts;
+        if allowed.contains(vk::SampleCountFlags::TYPE_4) {
+            4
+        } else {
+            1
+        }
     }
 
     /// Family of [`Gpu::queue`].

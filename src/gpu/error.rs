@@ -57,6 +57,14 @@ pub enum Error {
         /// `index name uuid` of each device.
         have: Vec<String>,
     },
+    /// Its queue cannot draw.
+    #[error("{device}: the queue has no graphics, and `{name}` is drawn")]
+    NoGraphics {
+        /// Name of the device.
+        device: String,
+        /// What was to be drawn, or drawn to.
+        name: String,
+    },
     /// There is no Vulkan loader on this machine.
     #[error("no Vulkan loader (libvulkan1 in Debian): {0}")]
     Loader(#[from] ash::LoadingError),

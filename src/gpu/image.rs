@@ -77,15 +77,20 @@ impl Image {
         samples: u32,
     ) -> Result<Self> {
         assert!(samples.is_power_of_two(), "`{name}`: {samples} samples");
-        let allowed = gpu.limits().max_image_dimension2_d;
+        let limits = gpu.limits();
+        let framebuffer = limits.max_framebuffer_width.min(limits.max_framebuffer_height);
+        let allowed = limits.max_image_dimension2_d.min(framebuffer);
         if width.max(height) > allowed {
             return Err(Error::Limit {
                 name: name.into(),
                 needed: width.max(height).into(),
                 device: gpu.name().into(),
                 allowed: allowed.into(),
-                limit: "maxImageDimension2D, pixels",
+                limit: "maxImageDimension2D and maxFramebufferWidth, pixels",
             });
+        }
+        if !gpu.has_graphics() {
+            return Err(Error::NoGraphics { device: gpu.name().into(), name: name.into() });
         }
         let extent = vk::Extent2D { width, height };
         let info = vk::ImageCreateInfo::default()

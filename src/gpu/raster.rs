@@ -70,7 +70,11 @@ impl Raster {
     /// # Errors
     /// [`Error::Interface`] if the blocks, the constants or the size of `P` differ from the SPIR-V.
     pub fn new<P>(gpu: &Gpu, info: &RasterInfo<'_>) -> Result<Self> {
-        let mismatch = |what| Error::Interface { kernel: info.name.to_string_lossy().into_owned(), what };
+        let name = || info.name.to_string_lossy().into_owned();
+        if !gpu.has_graphics() {
+            return Err(Error::NoGraphics { device: gpu.name().into(), name: name() });
+        }
+        let mismatch = |what| Error::Interface { kernel: name(), what };
         let vertex = reflect(info.vertex, info.constants).map_err(mismatch)?;
         let fragment = reflect(info.fragment, info.constants).map_err(mismatch)?;
         let interface = vertex.merge(fragment).map_err(mismatch)?;

@@ -24,19 +24,32 @@ pub struct Recorder<'g> {
     room: usize,
     spans: Vec<&'static CStr>,
     flush: Option<Box<dyn Flush + 'g>>,
+    keep: Option<Vec<Kept>>,
+}
+
+/// What a submission uses.
+#[allow(dead_code)] // held, never read
+pub(super) enum Kept {
+    Bound(Bound),
+    Buffer(Buffer),
+    Image(Image),
 }
 
 impl<'g> Recorder<'g> {
     /// # Safety
     /// `cmd` is recording, belongs to a queue family with compute (and graphics, if something is drawn), and outlives
-    /// the recorder.
+    /// the recorder. Everything that is recorded lives until the GPU has run `cmd`. Draws are recorded inside
+    /// [`Recorder::render`], and nothing else is.
     pub unsafe fn new(gpu: &'g Gpu, cmd: vk::CommandBuffer) -> Self {
-        Self { gpu, cmd, queries: vk::QueryPool::null(), room: 0, spans: Vec::new(), flush: None }
+        Self { gpu, cmd, queries: vk::QueryPool::null(), room: 0, spans: Vec::new(), flush: None, keep: None }
     }
 
-    /// Times the first `room` spans by `2 * room` timestamps in `queries`, already reset: span `i` begins at query `2 i`
-    /// and ends at `2 i + 1`.
-    pub fn timed(mut self, queries: vk::QueryPool, room: usize) -> Self {
+    /// Times the first `room` spans by `2 * room` timestamps in `queries`: span `i` begins at query `2 i` and ends at
+    /// `2 i + 1`.
+    ///
+    /// # Safety
+    /// `queries` is of timestamps, has `2 * room` of them, and they are reset before.
+    pub unsafe fn timed(mut self, queries: vk::QueryPool, room: usize) -> Self {
         (self.queries, self.room) = (queries, room);
         self
     }
@@ -47,14 +60,27 @@ impl<'g> Recorder<'g> {
         self
     }
 
+    /// Keeps all that is recorded alive, until [`Recorder::finish`] hands it over.
+    pub(super) fn keeping(mut self) -> Self {
+        self.keep = Some(Vec::new());
+        self
+    }
+
+    fn keep(&mut self, used: impl FnOnce() -> Kept) {
+        if let Some(keep) = &mut self.keep {
+            keep.push(used());
+        }
+    }
+
     /// The spans timed so far.
     pub fn spans(&self) -> &[&'static CStr] {
         &self.spans
     }
 
-    pub(super) fn finish(self) -> (Vec<&'static CStr>, Result<Vec<f64>>) {
+    /// Names of the timed spans, their times by the fence, and what must live until the GPU is done.
+    pub(super) fn finish(self) -> (Vec<&'static CStr>, Result<Vec<f64>>, Vec<Kept>) {
         let times = self.flush.map_or(Ok(Vec::new()), |mut flush| flush.times());
-        (self.spans, times)
+        (self.spans, times, self.keep.unwrap_or_default())
     }
 
     /// The command buffer, for what this crate does not record.
@@ -86,7 +112,8 @@ impl<'g> Recorder<'g> {
             flush.stamp(self.cmd);
         } else {
             // ALL_COMMANDS: taken when everything before has finished, so that a span starts where the last ends. Software
-            // drivers wait for it only at a barrier; this one orders execution alone, so it hides no missing one.
+            // drivers wait for it only at a barrier. It orders execution, so a timed run hides a missing write-after-read
+            // barrier: look for hazards in runs that are not timed.
             let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
             let wait = vk::MemoryBarrier2::default().src_stage_mask(stage).dst_stage_mask(stage);
             let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&wait));
@@ -145,6 +172,7 @@ impl<'g> Recorder<'g> {
     ) {
         assert!(bound.program().interface.local_size.is_none(), "{:?} is a kernel", bound.program().name);
         self.bind(bound, params);
+        self.keep(|| Kept::Buffer(indices.clone()));
         let (device, count) = (self.gpu.device(), (indices.bytes() / 2) as u32);
         unsafe {
             device.cmd_bind_index_buffer(self.cmd, indices.raw(), 0, vk::IndexType::UINT16);
@@ -153,7 +181,9 @@ impl<'g> Recorder<'g> {
     }
 
     fn bind<P: bytemuck::Pod>(&mut self, bound: &Bound, params: &P) {
+        self.keep(|| Kept::Bound(bound.clone()));
         let program = bound.program();
+        assert!(program.gpu.is_same(self.gpu), "{:?} is of another device", program.name);
         assert_eq!(size_of::<P>(), program.interface.push_bytes, "push constants of {:?}", program.name);
         let (device, cmd, point) = (self.gpu.device(), self.cmd, program.bind_point);
         unsafe {
@@ -169,6 +199,17 @@ impl<'g> Recorder<'g> {
 
     /// Clears `target`, then draws what `body` draws to it.
     pub fn render(&mut self, target: &Target<'_>, body: impl FnOnce(&mut Self)) {
+        let (color, depth) = (target.color, target.depth);
+        assert!(
+            color.size() == depth.size() && color.samples() == depth.samples(),
+            "`{}` and `{}` differ in size or samples",
+            color.name(),
+            depth.name()
+        );
+        assert!(target.resolved.is_none_or(|it| it.size() == color.size() && it.samples() == 1));
+        for image in [color, depth].into_iter().chain(target.resolved) {
+            self.keep(|| Kept::Image(image.clone()));
+        }
         let general = vk::ImageLayout::GENERAL;
         let attachment = |image: &Image| {
             vk::RenderingAttachmentInfo::default()
@@ -221,12 +262,15 @@ impl<'g> Recorder<'g> {
     /// If the buffers differ in size.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
         assert_eq!(from.bytes(), to.bytes(), "copy of `{}` to `{}`", from.name(), to.name());
+        self.keep(|| Kept::Buffer(from.clone()));
+        self.keep(|| Kept::Buffer(to.clone()));
         let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.bytes() };
         unsafe { self.gpu.device().cmd_copy_buffer(self.cmd, from.raw(), to.raw(), &[region]) };
     }
 
     /// Fills the whole buffer with one word, as [`Access::FillWrite`].
     pub fn fill(&mut self, buffer: &Buffer, word: u32) {
+        self.keep(|| Kept::Buffer(buffer.clone()));
         unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
     }
 

@@ -3,6 +3,7 @@
 
 use super::{
     error::{Error, OrCall, Result},
+    recorder::Kept,
     timing::Clock,
     Access, Buffer, Gpu, Recorder, Residence,
 };
@@ -43,6 +44,9 @@ pub struct Submitter {
     queries: vk::QueryPool,
     fence: vk::Fence,
     room: usize,
+    /// A submission was given up on: nothing that it uses may go.
+    is_pending: bool,
+    kept: Vec<Kept>,
     gpu: Gpu,
 }
 
@@ -64,6 +68,8 @@ impl Submitter {
             queries: vk::QueryPool::null(),
             fence: vk::Fence::null(),
             room,
+            is_pending: false,
+            kept: Vec::new(),
             gpu: gpu.clone(),
         };
         let pool = vk::CommandPoolCreateInfo::default()
@@ -82,26 +88,32 @@ impl Submitter {
         Ok(made)
     }
 
-    /// Runs what `body` records, and waits for it.
+    /// Runs what `body` records, and waits for it. All that it uses lives until then.
     ///
     /// # Errors
-    /// [`Error::Vulkan`], a lost device among them, or [`Error::Timeout`].
+    /// [`Error::Vulkan`], a lost device among them, or [`Error::Timeout`], also of an earlier run.
     pub fn run(&mut self, body: impl FnOnce(&mut Recorder<'_>)) -> Result<Times> {
+        if self.is_pending {
+            return Err(Error::Timeout { seconds: TIMEOUT_S });
+        }
         let gpu = self.gpu.clone();
         let device = gpu.device();
         begin(device, self.cmd)?;
-        let mut rec = unsafe { Recorder::new(&gpu, self.cmd) };
+        let mut rec = unsafe { Recorder::new(&gpu, self.cmd) }.keeping();
         if self.queries != vk::QueryPool::null() {
             unsafe { device.cmd_reset_query_pool(self.cmd, self.queries, 0, 2 * self.room as u32) };
-            rec = rec.timed(self.queries, self.room);
+            rec = unsafe { rec.timed(self.queries, self.room) };
         } else if self.room > 0 {
             rec = rec.fenced(Box::new(Fenced::new(&gpu, self.fence)), self.room);
         }
         body(&mut rec);
-        let (names, fenced) = rec.finish();
-        let fenced = fenced?;
+        let (names, fenced, kept) = rec.finish();
+        self.kept = kept;
         let start = Instant::now();
-        submit(&gpu, self.cmd, self.fence)?;
+        let done = fenced.and_then(|fenced| submit(&gpu, self.cmd, self.fence).map(|()| fenced));
+        self.is_pending = matches!(done, Err(Error::Timeout { .. }));
+        let fenced = done?;
+        self.kept.clear();
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
 
         let mut ticks = vec![[0u64; 2]; if fenced.is_empty() { names.len() } else { 0 }];
@@ -112,7 +124,9 @@ impl Submitter {
                 .or_call("vkGetQueryPoolResults")?;
         }
         let tick_ms = f64::from(gpu.limits().timestamp_period) * 1e-6;
-        let stamped = ticks.iter().map(|[begin, end]| end.wrapping_sub(*begin) as f64 * tick_ms);
+        // Only so many bits count; they wrap.
+        let mask = u64::MAX >> (64 - gpu.0.adapter.timestamp_bits.clamp(1, 64));
+        let stamped = ticks.iter().map(|[begin, end]| (end.wrapping_sub(*begin) & mask) as f64 * tick_ms);
         let spans = names.into_iter().zip(stamped.chain(fenced)).map(|(name, ms)| SpanTime { name, ms });
         Ok(Times { spans: spans.collect(), wall_ms })
     }
@@ -121,6 +135,10 @@ impl Submitter {
 impl Drop for Submitter {
     fn drop(&mut self) {
         let device = self.gpu.device();
+        if self.is_pending {
+            // An error here is a lost device: it uses nothing any more.
+            let _ = unsafe { device.queue_wait_idle(*self.gpu.queue()) };
+        }
         unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_query_pool(self.queries, None);
@@ -140,7 +158,7 @@ fn submit(gpu: &Gpu, cmd: vk::CommandBuffer, fence: vk::Fence) -> Result<()> {
     unsafe { device.end_command_buffer(cmd) }.or_call("vkEndCommandBuffer")?;
     let infos = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
     let submit = [vk::SubmitInfo2::default().command_buffer_infos(&infos)];
-    unsafe { device.queue_submit2(gpu.queue(), &submit, fence) }.or_call("vkQueueSubmit2")?;
+    unsafe { device.queue_submit2(*gpu.queue(), &submit, fence) }.or_call("vkQueueSubmit2")?;
     match unsafe { device.wait_for_fences(&[fence], true, TIMEOUT_S * 1_000_000_000) } {
         Err(vk::Result::TIMEOUT) => return Err(Error::Timeout { seconds: TIMEOUT_S }),
         other => other.or_call("vkWaitForFences")?,
@@ -174,7 +192,8 @@ impl Flush for Fenced<'_> {
         if self.failed.is_none() {
             let done = submit(self.gpu, cmd, self.fence);
             self.stamps.push(Instant::now());
-            self.failed = done.and_then(|()| begin(self.gpu.device(), cmd)).err();
+            let (done, begun) = (done.err(), begin(self.gpu.device(), cmd)); // what follows a failure is thrown away
+            self.failed = done.or(begun.err());
         }
     }
 
@@ -195,7 +214,7 @@ impl Gpu {
         Submitter::with_clock(self, 0, Clock::Fence)?.run(body).map(drop)
     }
 
-    /// A device buffer with a copy of `data`, visible to compute shaders.
+    /// A device buffer with a copy of `data`, visible to whatever reads it. Submits to the queue and waits.
     ///
     /// # Errors
     /// As [`Buffer::new`] and [`Gpu::once`].
@@ -205,7 +224,7 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// Writes `data` over the whole of `buffer`.
+    /// Writes `data` over the whole of `buffer`. Submits to the queue and waits.
     ///
     /// # Errors
     /// As [`Buffer::new`] and [`Gpu::once`].
@@ -217,11 +236,15 @@ impl Gpu {
         self.once(|rec| {
             rec.barrier(Access::ComputeReadWrite, Access::CopyWrite);
             rec.copy(&staging, buffer);
-            rec.barrier(Access::CopyWrite, Access::ComputeReadWrite);
+            for reader in
+                [Access::ComputeReadWrite, Access::GraphicsRead, Access::IndexRead, Access::IndirectRead]
+            {
+                rec.barrier(Access::CopyWrite, reader);
+            }
         })
     }
 
-    /// What `buffer` holds now, last written by [`Access::ComputeWrite`].
+    /// What `buffer` holds now, last written by [`Access::ComputeWrite`]. Submits to the queue and waits.
     ///
     /// # Errors
     /// As [`Buffer::new`] and [`Gpu::once`].
