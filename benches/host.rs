@@ -15,8 +15,7 @@ fn recording(c: &mut Criterion) {
     let gpu = Gpu::headless(&GpuOptions::default()).expect("a Vulkan device");
     let cells = UVec2::splat(16); // the smaller the grid, the more of the time is the host's
     let tuning = Tuning::for_grid(&gpu, cells);
-    let mut state =
-        Waves::new(&gpu, tuning, false).and_then(|it| it.state(cells, tuning.rows)).expect("a basin");
+    let mut state = Waves::new(&gpu, tuning, false).and_then(|it| it.state(cells)).expect("a basin");
     let params = starts::model(cells, 0.25).params(state.pitch());
     let mut submitter = Submitter::new(&gpu, 0).expect("a command pool");
     c.bench_function("record 100 steps, submit, wait", |b| {

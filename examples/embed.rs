@@ -5,8 +5,8 @@
 //! the caller, who submits. What the caller must provide is short: Vulkan 1.3 with `synchronization2`,
 //! `dynamicRendering` and `maintenance4`, and a queue with compute. No extension is needed.
 //!
-//! Run it with `cargo run --release --example embed`. Built without the feature `tools`, the crate brings ash,
-//! gpu-allocator and glam, and no command line.
+//! Run it with `cargo run --release --example embed`. Built without the feature `tools`, the crate brings no
+//! GLSL compiler, scene files or command line.
 
 #![allow(unsafe_op_in_unsafe_fn)] // almost every line is a Vulkan call
 
@@ -121,7 +121,7 @@ unsafe fn simulate(engine: &Engine) -> Result<f32, Box<dyn Error>> {
 
     // Kernels, state and parameters are three things.
     let tuning = Tuning::for_grid(&gpu, cells);
-    let mut state = Waves::new(&gpu, tuning, false)?.state(cells, tuning.rows)?;
+    let mut state = Waves::new(&gpu, tuning, false)?.state(cells)?;
     let params = model.params(state.pitch());
     let drops = Disturb::new(&gpu)?.list(state.surfaces(), Some(state.velocity()), 8)?;
     let drop_params = DisturbParams {
@@ -155,6 +155,8 @@ unsafe fn simulate(engine: &Engine) -> Result<f32, Box<dyn Error>> {
                 drops.record(&mut rec, &state.surface(), &drop_params);
                 rec.barrier(Disturb::EXIT, Waves::ENTRY);
             }
+            // A start at rest is half a step from its first flow.
+            let params = if frame == 0 { params.first_from_rest() } else { params };
             state.record(&mut rec, &params);
             rec.barrier(Waves::EXIT, Waves::ENTRY);
             // Here the caller would draw from `state.height()`.

@@ -26,11 +26,6 @@ pub struct Advance {
 
 /// Units in a second.
 const UNITS: f64 = (1u128 << 80) as f64;
-impl FixedStep {
-    /// Shortest step (s).
-    pub const SHORTEST_S: f64 = 1e-6;
-}
-
 /// Longest frame that is believed (s), about a year: sums stay far from overflow.
 const LONGEST_FRAME_S: f64 = 3e7;
 
@@ -43,6 +38,11 @@ fn seconds(units: i128) -> f64 {
 }
 
 impl FixedStep {
+    /// Shortest step (s).
+    pub const SHORTEST_S: f64 = 1e-6;
+    /// Longest step (s).
+    pub const LONGEST_S: f64 = LONGEST_FRAME_S;
+
     /// Steps of `dt_s` (s). Of a frame longer than `max_steps_per_frame` steps the rest is lost, and reported:
     /// `u32::MAX` loses nothing, however long it takes to catch up.
     ///

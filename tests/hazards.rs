@@ -27,7 +27,7 @@ fn start() -> Start {
 
 fn state(gpu: &TestGpu) -> WavesState {
     let start = start();
-    let state = Waves::new(gpu, TUNING, false).unwrap().state(start.model.cells, TUNING.rows).unwrap();
+    let state = Waves::new(gpu, TUNING, false).unwrap().state(start.model.cells).unwrap();
     state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()]).unwrap();
     state
 }
@@ -141,7 +141,7 @@ fn the_device_outlives_its_children_in_any_order() {
     let gpu = fresh();
     let messages = gpu.messages();
     let kernel = Waves::new(&gpu, TUNING, false).unwrap();
-    let state = kernel.state(uvec2(64, 64), TUNING.rows).unwrap();
+    let state = kernel.state(uvec2(64, 64)).unwrap();
     let submitter = Submitter::new(&gpu, 4).unwrap();
     drop(gpu);
     drop(state);

@@ -226,7 +226,7 @@ fn every_limit_is_kept() {
 fn a_value_out_of_range_is_shown_with_what_is_allowed() {
     assert_eq!(
         error(&LAKE.replace("2.0", "-2.0")),
-        "lake.toml:7:11: water.0.depth_m is -2.0; allowed: more than 0\n\
+        "lake.toml:7:11: water.0.depth_m is -2.0; allowed: 0.0001 to 10000000\n\
          7 | depth_m = -2.0\n  |           ^^^^"
     );
     assert_eq!(
@@ -259,7 +259,7 @@ fn a_wrong_type_and_a_missing_key_say_what_is_allowed() {
     );
     assert_eq!(
         error(&LAKE.replace("depth_m = 2.0", "")),
-        "lake.toml:2:1: water.0.depth_m is missing; allowed: a number, more than 0\n\
+        "lake.toml:2:1: water.0.depth_m is missing; allowed: a number, 0.0001 to 10000000\n\
          2 | [[water]]\n  | ^^^^^^^^^"
     );
     assert_eq!(
@@ -343,7 +343,7 @@ fn an_override_replaces_adds_and_finds_waters_by_name() {
 #[test]
 fn a_wrong_override_is_named_as_the_file() {
     for (change, message) in [
-        ("water.0.depth_m=-1", "water.0.depth_m is -1; allowed: more than 0"),
+        ("water.0.depth_m=-1", "water.0.depth_m is -1; allowed: 0.0001 to 10000000"),
         ("water.0.dept_m=1", "water.0.dept_m is not a key; did you mean depth_m?"),
         ("water.1.depth_m=1", "water has no 1; its length is 1"),
         ("water.pond.depth_m=1", "water has no pond; its length is 1"),

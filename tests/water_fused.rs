@@ -45,7 +45,7 @@ fn fused_state(gpu: &TestGpu, tuning: FusedTuning, start: &Start) -> FusedState 
 
 fn waves_state(gpu: &TestGpu, start: &Start) -> WavesState {
     let has_land = start.height_m.contains(&LAND_M);
-    let state = Waves::new(gpu, ONE_STEP, has_land).unwrap().state(start.model.cells, ONE_STEP.rows).unwrap();
+    let state = Waves::new(gpu, ONE_STEP, has_land).unwrap().state(start.model.cells).unwrap();
     state.upload(gpu, &start.height_m, &rising(start)).unwrap();
     state
 }

@@ -3,7 +3,8 @@
 #include "water/disturb.glsl"
 
 // Prepares disturbances, one workgroup each: refuses what is not finite or absurd, and finds the scale that makes the
-// volume exact on the columns that the disc really covers (walls and shores cut discs). Counts what became of them.
+// volume exact, to rounding, on the columns that the disc really covers (walls and shores cut discs). Counts what became
+// of them.
 // CPU twin: water::cpu::weigh.
 
 layout(local_size_x = 64) in;
@@ -15,6 +16,7 @@ layout(set = 0, binding = 2, std430) buffer Counters { uint applied; uint reject
 layout(push_constant, std430) uniform Push { DisturbParams p; };
 
 shared float sums[64];
+shared float peaks[64];
 
 // isinf and isnan may be optimised away; bits may not.
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
@@ -36,18 +38,27 @@ void main() {
     if (sane) footprint(d, p, lo, hi);
     uvec2 size = uvec2(max(hi - lo, ivec2(0)));
     precise float sum = 0.0;
+    float peak = 0.0;
     for (uint i = lane; i < size.x * size.y; i += 64u) {
         ivec2 c = lo + ivec2(i % size.x, i / size.x);
-        if (height_m[(uint(c.y) * p.pitch + uint(c.x)) * p.stride] != LAND_M) sum += weight_of(c, d, p);
+        if (height_m[(uint(c.y) * p.pitch + uint(c.x)) * p.stride] == LAND_M) continue;
+        float weight = weight_of(c, d, p);
+        sum += weight;
+        peak = max(peak, weight);
     }
     sums[lane] = sum;
+    peaks[lane] = peak;
     barrier();
     if (lane != 0u) return;
     precise float total = 0.0;
-    for (uint i = 0u; i < 64u; ++i) total += sums[i];
+    for (uint i = 0u; i < 64u; ++i) {
+        total += sums[i];
+        peak = max(peak, peaks[i]);
+    }
 
     precise float scale = total > 0.0 ? 1.0 / (p.cell_m * p.cell_m * total) : 0.0;
-    bool absurd = max(abs(d.volume_m3), abs(d.push_m3ps)) * scale > p.limit_m;
+    precise float most = max(abs(d.volume_m3), abs(d.push_m3ps)) * scale * peak;  // in the column that gets most
+    bool absurd = most > p.limit_m;
     items[item].scale = sane && !absurd ? scale : 0.0;
     if (!sane || absurd) atomicAdd(rejected, 1u);
     else if (scale == 0.0) atomicAdd(missed, 1u);

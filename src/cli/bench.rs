@@ -31,9 +31,10 @@ pub struct BenchArgs {
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let gpu = args.device.open()?;
     if args.tune {
-        return tune(args, &gpu);
+        tune(args, &gpu)?;
+        return args.device.verdict(&gpu);
     }
-    let options = Options { sizes: args.sizes.clone(), max_size: None, budget_s: args.budget };
+    let options = Options { sizes: args.sizes.clone(), budget_s: args.budget };
     let results = progress("rows", |on| bench::bench(&gpu, &args.names, &options, on))?;
     if args.json {
         print_json(&results)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{print, print_json, Failure};
+use super::{hardcases::short, print, print_json, Failure};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -117,7 +117,8 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             "warnings": plan.warnings,
         }));
     }
-    print(&format!("{}: {} pictures of {:?}\n", scene.title, scene.output.frames, scene.output.size));
+    let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
+    print(&format!("{title}: {} pictures of {:?}\n", scene.output.frames, scene.output.size));
     for water in &plan.waters {
         let model = &water.model;
         print(&format!(
@@ -128,11 +129,15 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             model.cell_m,
             if water.has_land { ", with land" } else { "" },
             model.speed_mps,
-            water.steps_per_picture,
+            short(water.steps_per_picture),
             water.reason
         ));
     }
-    let rows: Vec<_> = plan.passes.iter().map(|(name, runs)| vec![name.clone(), runs.to_string()]).collect();
+    let rows: Vec<_> = plan
+        .passes
+        .iter()
+        .map(|(name, runs)| vec![name.clone(), if *runs == 0.0 { "once".into() } else { short(*runs) }])
+        .collect();
     print(&format!("{}\n", table(&["pass", "runs a picture"], &rows)));
     let mut rows: Vec<_> = plan
         .buffers

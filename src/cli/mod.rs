@@ -28,7 +28,7 @@ struct Cli {
 }
 
 const EXIT_CODES: &str =
-    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device or layer, 4 device lost, 5 out of \
+    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device or layer, or a full disk, 4 device lost, 5 out of \
                           memory.";
 
 #[derive(Subcommand)]
@@ -106,9 +106,13 @@ impl From<gpu::Error> for Failure {
     fn from(error: gpu::Error) -> Self {
         let code = match &error {
             it if it.is_device_lost() => 4,
+            gpu::Error::Timeout { .. } => 4,
             it if it.is_out_of_memory() => 5,
             gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } => 2,
-            gpu::Error::Loader(_) | gpu::Error::NoDevice { .. } | gpu::Error::NoValidation => 3,
+            gpu::Error::Loader(_)
+            | gpu::Error::NoDevice { .. }
+            | gpu::Error::NoGraphics { .. }
+            | gpu::Error::NoValidation => 3,
             _ => 1,
         };
         Self { code, text: error.to_string() }
@@ -132,7 +136,8 @@ impl From<SceneError> for Failure {
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self::input(error)
+        let code = if error.cause.kind() == std::io::ErrorKind::StorageFull { 3 } else { 2 };
+        Self { code, text: error.to_string() }
     }
 }
 

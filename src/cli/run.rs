@@ -35,6 +35,7 @@ pub struct RunArgs {
 
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
+    let plan = scene.plan()?; // what is wrong with it is said before a device is opened
     let gpu = args.device.open()?;
     let options = RunOptions {
         out: args.out.clone(),
@@ -48,7 +49,7 @@ pub fn run(args: &RunArgs) -> Result<(), Failure> {
         print(&format!("{title} on {} ({}), seed {}", gpu.name(), gpu.adapter().driver, scene.seed));
     }
     let bar = progress_bar(scene.output.frames.into(), "pictures");
-    let written = run::run(&gpu, &scene, &options, |done| bar.set_position(done.into()))?;
+    let written = run::run(&gpu, &scene, &plan, &options, |done| bar.set_position(done.into()))?;
     bar.finish_and_clear();
     for warning in &written.stats.warnings {
         eprintln!("warning: {warning}");

@@ -10,6 +10,8 @@ pub struct Grid {
 
 impl Grid {
     const TILE: u32 = 32;
+    /// Of the index list.
+    pub const BYTES: u64 = 2 * 6 * (Self::TILE * Self::TILE) as u64;
 
     /// # Errors
     /// The device's.

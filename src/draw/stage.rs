@@ -7,7 +7,7 @@ use crate::{
     },
     shaders,
 };
-use glam::UVec2;
+use glam::{UVec2, Vec4};
 
 /// Targets, sky and terrain of a picture of fixed size.
 pub struct Stage {
@@ -16,27 +16,25 @@ pub struct Stage {
     resolved: Option<Image>,
     views: Buffer,
     grid: Grid,
-    terrain: Terrain,
-    sky: Bound,
+    surroundings: Option<(Terrain, Bound)>,
     tonemap: Bound,
     pixels: Buffer,
     readback: Buffer,
     size: UVec2,
-    needs_light: bool,
-    /// Draw sky and terrain. Without, the picture is cleared to `clear`.
-    pub has_surroundings: bool,
+    /// Of the light that is baked into the terrain.
+    baked_sun: Option<Vec4>,
+    to_sun: Vec4,
     /// Colour of an empty picture, linear.
     pub clear: [f32; 4],
 }
 
 impl Stage {
+    /// With `terrain` under everything and the sky above it, or with nothing.
+    ///
     /// # Errors
     /// If the device cannot draw, or has no room.
-    pub fn new(gpu: &Gpu, size: UVec2, terrain: TerrainGrid) -> Result<Self> {
-        let four = ash::vk::SampleCountFlags::TYPE_4;
-        let limits = gpu.limits();
-        let allowed = limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts;
-        let samples = if allowed.contains(four) { 4 } else { 1 };
+    pub fn new(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>) -> Result<Self> {
+        let samples = gpu.samples();
         let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
         let (color, resolved) = if samples > 1 {
             (
@@ -52,7 +50,6 @@ impl Stage {
         let pixels = Buffer::new(gpu, "draw.pixels", bytes, Residence::Device)?;
         let readback = Buffer::new(gpu, "draw.pixels.readback", bytes, Residence::Readback)?;
         let grid = Grid::new(gpu)?;
-        let terrain = Terrain::new(gpu, terrain, &views, &grid, samples)?;
         let sky = RasterInfo {
             name: c"draw.sky",
             vertex: shaders::DRAW_SKY_VERT,
@@ -70,8 +67,15 @@ impl Stage {
             blocks: &["Views", "color", "Pixels"],
             constants: &[],
         };
+        let surroundings = match terrain {
+            Some(terrain) => {
+                let sky = Raster::new::<()>(gpu, &sky)?.bind(&[("Views", (&views).into())])?;
+                Some((Terrain::new(gpu, terrain, &views, &grid, samples)?, sky))
+            }
+            None => None,
+        };
         Ok(Self {
-            sky: Raster::new::<()>(gpu, &sky)?.bind(&[("Views", (&views).into())])?,
+            surroundings,
             tonemap: Kernel::new::<()>(gpu, &tonemap)?.bind(&[
                 ("Views", (&views).into()),
                 ("color", resolved.as_ref().unwrap_or(&color).into()),
@@ -82,27 +86,34 @@ impl Stage {
             resolved,
             views,
             grid,
-            terrain,
             pixels,
             readback,
             size,
-            needs_light: true,
-            has_surroundings: true,
+            baked_sun: None,
+            to_sun: Vec4::Y,
             clear: [0.0, 0.0, 0.0, 1.0],
         })
     }
 
     /// What the next picture shows. The last one must be finished.
     pub fn set_view(&mut self, view: &View) {
-        let grid = self.terrain.grid();
-        self.views.write(0, &[View { terrain_size_m: grid.size_m, terrain_cells: grid.cells, ..*view }]);
+        let mut view = *view;
+        if let Some((terrain, _)) = &self.surroundings {
+            let grid = terrain.grid();
+            (view.terrain_size_m, view.terrain_cells) = (grid.size_m, grid.cells);
+        }
+        self.to_sun = view.to_sun;
+        self.views.write(0, &[view]);
     }
 
     /// Draws a picture: terrain and sky, then what `body` draws, and turns it to bytes for [`Stage::read`]. What `body`
     /// reads must be visible as [`Access::GraphicsRead`].
     pub fn record(&mut self, rec: &mut Recorder<'_>, body: impl FnOnce(&mut Recorder<'_>)) {
-        if std::mem::take(&mut self.needs_light) {
-            self.terrain.record_light(rec);
+        if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
+        {
+            rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
+            terrain.record_light(rec);
+            self.baked_sun = Some(self.to_sun);
         }
         let resolved = self.resolved.as_ref();
         let target = Target { color: &self.color, depth: &self.depth, resolved, clear: self.clear };
@@ -112,12 +123,12 @@ impl Stage {
         rec.barrier(Access::DepthWrite, Access::DepthWrite);
         rec.span(c"draw.scene", |rec| {
             rec.render(&target, |rec| {
-                if self.has_surroundings {
-                    self.terrain.record_draw(rec);
+                if let Some((terrain, _)) = &self.surroundings {
+                    terrain.record_draw(rec);
                 }
                 body(rec);
-                if self.has_surroundings {
-                    rec.draw(&self.sky, 3, 1, &()); // last: only where nothing else is
+                if let Some((_, sky)) = &self.surroundings {
+                    rec.draw(sky, 3, 1, &()); // last: only where nothing else is
                 }
             });
         });
@@ -154,8 +165,8 @@ impl Stage {
         &self.grid
     }
 
-    /// The heightmap.
-    pub fn terrain(&self) -> &Terrain {
-        &self.terrain
+    /// The heightmap, if the stage has one.
+    pub fn terrain(&self) -> Option<&Terrain> {
+        self.surroundings.as_ref().map(|(terrain, _)| terrain)
     }
 }

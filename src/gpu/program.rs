@@ -246,6 +246,16 @@ impl Bound {
                 .descriptor_type(block.kind);
             match (resource, block.kind) {
                 (Resource::Buffer(buffer), vk::DescriptorType::STORAGE_BUFFER) => {
+                    let allowed = u64::from(program.gpu.limits().max_storage_buffer_range);
+                    if buffer.bytes() > allowed {
+                        return Err(Error::Limit {
+                            name: buffer.name().into(),
+                            needed: buffer.bytes(),
+                            device: program.gpu.name().into(),
+                            allowed,
+                            limit: "maxStorageBufferRange, bytes",
+                        });
+                    }
                     let whole =
                         vk::DescriptorBufferInfo { buffer: buffer.raw(), offset: 0, range: vk::WHOLE_SIZE };
                     let write = write.buffer_info(slice::from_ref(&whole));

@@ -3,7 +3,7 @@ use super::{checkpoint::fnv, falls::Falls, stats::WaterStats};
 use crate::{
     clock::FixedStep,
     draw::Stage,
-    gpu::{Access, Buffer, Gpu, Recorder},
+    gpu::{Access, Gpu, Recorder},
     scene::{self, Model, WaterPlan, WaterScene},
     water::{
         self as sim,
@@ -16,6 +16,11 @@ use glam::Vec2;
 
 /// Slope of the ripples that a grid is too coarse for, in the shaded look.
 const RIPPLE: f32 = 0.035;
+
+/// Columns times steps of a submission: a tenth of a second on a small GPU.
+const COLUMN_STEPS: u64 = 1 << 28;
+/// Disturbances that a step takes; what is more is counted as dropped.
+const FALLS_A_STEP: usize = 4096;
 
 enum State {
     Book(BookState),
@@ -37,6 +42,8 @@ pub(super) struct Lake {
     start_volume: f64,
     start_energy: f64,
     not_listed: u64,
+    /// Steps that are recorded.
+    taken: u64,
 }
 
 impl Lake {
@@ -58,7 +65,7 @@ impl Lake {
             }
             Model::Waves => {
                 let tuning = Tuning::for_grid(gpu, model.cells);
-                let state = Waves::new(gpu, tuning, plan.has_land)?.state(model.cells, tuning.rows)?;
+                let state = Waves::new(gpu, tuning, plan.has_land)?.state(model.cells)?;
                 state.upload(gpu, &plan.height_m, &at_rest)?;
                 State::Waves(state)
             }
@@ -104,19 +111,26 @@ impl Lake {
             state,
             depth_m: water.depth_m,
             start_volume: oracle::volume(&plan.height_m),
-            start_energy: oracle::energy(&model, &plan.height_m, &at_rest),
+            start_energy: energy_from_rest(&model, &plan.height_m),
             not_listed: 0,
+            taken: 0,
             model,
         })
     }
 
-    /// Records the steps of a frame of `frame_s`; returns what must live until they are done.
-    pub fn record(&mut self, rec: &mut Recorder<'_>, frame_s: f64) -> Result<Vec<Buffer>, sim::Error> {
-        let first = self.clock.steps();
-        let steps = self.clock.advance(frame_s).steps;
-        let mut staged = Vec::new();
-        for step in first..first + u64::from(steps) {
-            self.record_falls(rec, step, &mut staged)?;
+    /// Lets `frame_s` pass: [`Lake::record`] then records the steps that are due.
+    pub fn advance(&mut self, frame_s: f64) {
+        self.clock.advance(frame_s);
+    }
+
+    /// Records due steps, as many as one submission should hold; `false` if more are due. A watchdog takes a device away
+    /// that works on one submission for seconds.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, sim::Error> {
+        let columns = self.model.cells.as_u64vec2().element_product();
+        let most = (COLUMN_STEPS / columns).max(1);
+        let end = self.clock.steps().min(self.taken + most);
+        for step in self.taken..end {
+            self.record_falls(rec, step)?;
             // From rest the first flow is half a step's: second order from the start.
             let params = if step == 0 { self.params.first_from_rest() } else { self.params };
             match &mut self.state {
@@ -125,27 +139,23 @@ impl Lake {
             }
             rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
         }
+        self.taken = end;
         rec.barrier(Access::ComputeReadWrite, SurfaceDraw::ENTRY);
-        Ok(staged)
+        Ok(end == self.clock.steps())
     }
 
-    fn record_falls(
-        &mut self,
-        rec: &mut Recorder<'_>,
-        step: u64,
-        staged: &mut Vec<Buffer>,
-    ) -> Result<(), sim::Error> {
+    fn record_falls(&mut self, rec: &mut Recorder<'_>, step: u64) -> Result<(), sim::Error> {
         let Some((list, params)) = &self.list else { return Ok(()) };
         let falling = self.falls.at_step(step);
-        for batch in falling.chunks(list.capacity() as usize) {
-            let (staging, left) = list.staging(batch)?;
-            self.not_listed += left as u64;
+        let (taken, left) = falling.split_at(falling.len().min(FALLS_A_STEP));
+        self.not_listed += left.len() as u64;
+        for batch in taken.chunks(list.capacity() as usize) {
+            let (staging, _) = list.staging(batch)?;
             rec.barrier(Disturb::EXIT, Access::CopyWrite);
             rec.copy(&staging, list.list());
             rec.barrier(Access::CopyWrite, Disturb::ENTRY);
             list.record(rec, &surface(&self.state), params);
             rec.barrier(Disturb::EXIT, Access::ComputeReadWrite);
-            staged.push(staging);
         }
         Ok(())
     }
@@ -206,6 +216,7 @@ impl Lake {
         for _ in 0..pictures {
             self.clock.advance(frame_s);
         }
+        self.taken = self.clock.steps();
         Ok(true)
     }
 
@@ -242,6 +253,15 @@ impl Lake {
             state_hash: format!("{:016x}", self.hash(gpu)?),
         })
     }
+}
+
+/// Energy of a start at rest. The energy is that of the surfaces on either side of a flow, and the flow half a step before
+/// a start at rest is the mirror image of the one half a step after.
+fn energy_from_rest(model: &sim::Model, height_m: &[f32]) -> f64 {
+    let heights: Vec<f64> = height_m.iter().map(|&h| f64::from(h)).collect();
+    let pulls = sim::cpu::laplacians(model, &heights);
+    let velocity: Vec<f32> = pulls.iter().map(|pull| (-0.5 * model.pull() * pull) as f32).collect();
+    oracle::energy(model, height_m, &velocity)
 }
 
 fn surface(state: &State) -> Surface<'_> {

@@ -92,15 +92,12 @@ impl World {
     /// # Errors
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
-        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), plan.terrain.clone())?;
-        let look = match scene.output.view {
-            scene::View::Shaded => Look::Shaded,
-            scene::View::Wireframe => {
-                stage.has_surroundings = false;
-                stage.clear = [0.32, 0.32, 0.78, 1.0]; // the book's (0.6, 0.6, 0.9), linear
-                Look::Wireframe
-            }
+        let (look, terrain) = match scene.output.view {
+            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone())),
+            scene::View::Wireframe => (Look::Wireframe, None),
         };
+        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
+        stage.clear = [0.32, 0.32, 0.78, 1.0]; // the book's (0.6, 0.6, 0.9), linear
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
@@ -119,20 +116,27 @@ impl World {
     ) -> Result<(Picture, gpu::Times), RunError> {
         self.time_s += frame_s;
         self.look();
-        let mut staged = Vec::new();
-        let mut failed = None;
         let (stage, lakes) = (&mut self.stage, &mut self.lakes);
-        let times = submitter.run(|rec| {
-            for lake in lakes.iter_mut() {
-                match lake.record(rec, frame_s) {
-                    Ok(buffers) => staged.extend(buffers),
-                    Err(error) => failed = Some(error),
+        lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
+        let mut times = gpu::Times::default();
+        loop {
+            let mut done: Result<bool, water::Error> = Ok(true);
+            let part = submitter.run(|rec| {
+                for lake in lakes.iter_mut() {
+                    done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
+                        (Ok(others), Ok(this)) => Ok(others && this),
+                        (Err(error), _) | (_, Err(error)) => Err(error),
+                    };
                 }
+                if matches!(done, Ok(true)) {
+                    stage.record(rec, |rec| lakes.iter().for_each(|lake| lake.draw(rec)));
+                }
+            })?;
+            times.spans.extend(part.spans);
+            times.wall_ms += part.wall_ms;
+            if done? {
+                break;
             }
-            stage.record(rec, |rec| lakes.iter().for_each(|lake| lake.draw(rec)));
-        })?;
-        if let Some(error) = failed {
-            return Err(error.into());
         }
         let [width, height] = self.scene.output.size;
         Ok((Picture { width, height, rgba: self.stage.read() }, times))
@@ -188,21 +192,25 @@ impl World {
     }
 }
 
-/// Runs `scene` and writes what `options` ask for. `progress` is called with the number of each finished picture.
+/// Runs `scene`, of which `plan` is, and writes what `options` ask for. `progress` is called with the number of each finished picture.
 ///
 /// # Errors
 /// Bad input before anything runs; a lost device or a full disk while it does.
 pub fn run(
     gpu: &Gpu,
     scene: &Scene,
+    plan: &Plan,
     options: &RunOptions,
     mut progress: impl FnMut(u32),
 ) -> Result<Written, RunError> {
     let start = Instant::now();
-    let plan = scene.plan()?;
     let frames_dir = options.out.join("frames");
     let folder = if options.has_frames { &frames_dir } else { &options.out };
     fs::create_dir_all(folder).map_err(atomic::failed(folder, "make the folder"))?;
+
+    if options.has_frames && options.resume.is_none() {
+        remove_pictures(&frames_dir)?;
+    }
 
     let mut stats = Stats {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -219,7 +227,7 @@ pub fn run(
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
-    let mut world = World::new(gpu, scene, &plan)?;
+    let mut world = World::new(gpu, scene, plan)?;
     let mut submitter = Submitter::new(gpu, SPANS)?;
 
     // Encoding takes as long as drawing: it has a thread of its own, at most two pictures behind.
@@ -318,6 +326,18 @@ impl Encoder {
 
 /// Width of a picture on the contact sheet (pixels).
 const TILE: u32 = 480;
+
+/// Pictures of an earlier run would pass for this one's.
+fn remove_pictures(dir: &Path) -> Result<(), atomic::FileError> {
+    let listed = fs::read_dir(dir).map_err(atomic::failed(dir, "list the pictures of an earlier run"))?;
+    for path in listed.flatten().map(|entry| entry.path()) {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if name.starts_with("frame_") && name.ends_with(".png") {
+            fs::remove_file(&path).map_err(atomic::failed(&path, "remove a picture of an earlier run"))?;
+        }
+    }
+    Ok(())
+}
 
 fn numbered(dir: &Path, frame: u32) -> PathBuf {
     dir.join(format!("frame_{frame:05}.png"))

@@ -15,7 +15,6 @@ use super::{
 #[derive(Clone, Copy)]
 pub(super) enum Rule {
     Finite,
-    AboveZero,
     AtLeastZero,
     Within(f64, f64),
 }
@@ -26,7 +25,6 @@ impl Rule {
         x.abs() <= f64::MAX
             && match self {
                 Self::Finite => true,
-                Self::AboveZero => x > 0.0,
                 Self::AtLeastZero => x >= 0.0,
                 Self::Within(least, most) => least <= x && x <= most,
             }
@@ -37,7 +35,6 @@ impl fmt::Display for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Finite => write!(f, "finite"),
-            Self::AboveZero => write!(f, "more than 0"),
             Self::AtLeastZero => write!(f, "0 or more"),
             Self::Within(least, most) => write!(f, "{least} to {most}"),
         }

@@ -30,7 +30,7 @@ pub struct WaterPlan {
     /// Why, and what error is to be expected.
     pub reason: String,
     /// Steps for each picture.
-    pub steps_per_picture: u32,
+    pub steps_per_picture: f64,
     /// Most steps for one picture; time beyond it is lost and reported.
     pub most_steps: u32,
     /// Some columns are land.
@@ -55,7 +55,7 @@ pub struct Plan {
     /// All buffers and images.
     pub buffers: Vec<PlannedBuffer>,
     /// Passes of a picture, in order, with how often each runs.
-    pub passes: Vec<(String, u32)>,
+    pub passes: Vec<(String, f64)>,
 }
 
 /// Most disturbances of one pass; what is more goes into further passes of the same step.
@@ -82,15 +82,17 @@ impl WaterScene {
     }
 
     /// Relative error of the phase of waves eight columns long after they have run a hundred columns: `X k (k dx)^2
-    /// (1 - courant^2) / 24`, the leading term of the dispersion relation.
+    /// (G - courant^2) / 24`, the leading term of the dispersion relation.
     fn predicted_phase_error(&self, model: &water::Model) -> f64 {
         let k = std::f64::consts::TAU / 8.0;
-        100.0 * k * k * k * (1.0 - model.courant().powi(2)) / 24.0
+        // Mean over directions: 1 along the axis, (1 + 8 w) / (2 (1 + 2 w)) along the diagonal.
+        let stencil = 0.5 * (1.0 + (1.0 + 8.0 * model.diagonal) / (2.0 * (1.0 + 2.0 * model.diagonal)));
+        100.0 * k * k * k * (stencil - model.courant().powi(2)).abs() / 24.0
     }
 
     fn plan(&self, fps: f64, ground: Option<&Heightmap>) -> WaterPlan {
         let model = self.simulation(fps);
-        let steps_per_picture = (1.0 / (fps * model.dt_s)).round().max(1.0) as u32;
+        let steps_per_picture = 1.0 / (fps * model.dt_s);
         let mut height_m = self.start_heights(&model);
         let centre = |i: usize| {
             let c = uvec2(i as u32 % model.cells.x, i as u32 / model.cells.x).as_vec2();
@@ -123,7 +125,7 @@ impl WaterScene {
             kind: self.model,
             reason,
             steps_per_picture,
-            most_steps: self.max_catch_up_steps.unwrap_or(8.max(2 * steps_per_picture)),
+            most_steps: self.max_catch_up_steps.unwrap_or(8.max((2.0 * steps_per_picture).ceil() as u32)),
             has_land,
             height_m,
             is_disturbed: !self.drops.is_empty() || self.rain.is_some(),
@@ -239,15 +241,21 @@ impl Plan {
                 add("water.disturbance_counts", 12, why);
             }
         }
-        let samples = self.terrain.height_m.len() as u64;
-        let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
-        add("draw.terrain_m", 4 * samples, ground.into());
-        add("draw.light", 8 * samples, ground.into());
+        if scene.output.view == View::Shaded {
+            let samples = self.terrain.height_m.len() as u64;
+            let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
+            add("draw.terrain_m", 4 * samples, ground.into());
+            add("draw.light", 8 * samples, ground.into());
+        }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
-        add("draw.samples", 4 * 8 * pixels, "output.size".into());
-        add("draw.color", 8 * pixels, "output.size".into());
-        add("draw.depth", 4 * 4 * pixels, "output.size".into());
-        add("draw.pixels", 4 * pixels, "output.size".into());
+        let size = "output.size";
+        add("draw.samples (4 a pixel, where the device has them)", 4 * 8 * pixels, size.into());
+        add("draw.color", 8 * pixels, size.into());
+        add("draw.depth", 4 * 4 * pixels, size.into());
+        add("draw.pixels", 4 * pixels, size.into());
+        add("draw.pixels.readback (of the host)", 4 * pixels, size.into());
+        add("draw.views (of the host)", size_of::<crate::draw::View>() as u64, size.into());
+        add("draw.grid", crate::draw::Grid::BYTES, size.into());
         self.buffers = list;
     }
 
@@ -264,7 +272,10 @@ impl Plan {
         }
         let surface =
             if scene.output.view == View::Wireframe { "water.wire" } else { "sky, terrain, water.surface" };
-        self.passes.push((format!("draw.scene ({surface})"), 1));
-        self.passes.push(("draw.tonemap".into(), 1));
+        if scene.output.view == View::Shaded {
+            self.passes.push(("draw.light (with the first picture)".into(), 0.0));
+        }
+        self.passes.push((format!("draw.scene ({surface})"), 1.0));
+        self.passes.push(("draw.tonemap".into(), 1.0));
     }
 }

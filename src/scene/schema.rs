@@ -10,13 +10,17 @@ use super::{
     heightmap::{self, Format},
     node::Sources,
     parse::{
-        Reader,
-        Rule::{AboveZero, AtLeastZero, Finite, Within},
+        Reader, Rule,
+        Rule::{AtLeastZero, Finite, Within},
         Table,
     },
     Camera, Drop, Model, Output, Override, Rain, Scene, SceneError, Start, Sun, TerrainSource, View, Walls,
     WaterScene,
 };
+
+/// Lengths and places (m): beyond them f32 has no columns left.
+const LENGTH: Rule = Within(1e-4, 1e7);
+const PLACE: Rule = Within(-1e7, 1e7);
 
 /// Most steps that a picture may take: beyond it a run would seem to hang.
 const MOST_STEPS: f64 = 10_000.0;
@@ -86,8 +90,8 @@ fn output(mut table: Table<'_>) -> Output {
 
 fn camera(mut table: Table<'_>, default: Camera) -> Camera {
     let camera = Camera {
-        eye_m: table.maybe("eye_m", Finite).unwrap_or(default.eye_m),
-        target_m: table.maybe("target_m", Finite).unwrap_or(default.target_m),
+        eye_m: table.maybe("eye_m", PLACE).unwrap_or(default.eye_m),
+        target_m: table.maybe("target_m", PLACE).unwrap_or(default.target_m),
         fov_deg: table.maybe("fov_deg", Within(5.0, 120.0)).unwrap_or(default.fov_deg),
         orbit_deg_per_s: table
             .maybe("orbit_deg_per_s", Within(-360.0, 360.0))
@@ -119,16 +123,16 @@ fn terrain(mut table: Table<'_>, base_dir: Option<&Path>) -> TerrainSource {
     if !table.has("heightmap") {
         table.missing("heightmap", format_args!("{allowed}"));
     }
-    let mut size_m = table.maybe("size_m", AboveZero);
-    let height_m: Option<[f32; 2]> = table.maybe("height_m", Finite);
+    let mut size_m = table.maybe("size_m", LENGTH);
+    let height_m: Option<[f32; 2]> = table.maybe("height_m", PLACE);
     let heightmap = heightmap.unwrap_or_default();
     match Format::of(heightmap) {
         Some(Format::Png) => {
             if size_m.is_none() {
-                table.missing("size_m", format_args!("for a .png, two numbers, each {AboveZero}"));
+                table.missing("size_m", format_args!("for a .png, two numbers, each {LENGTH}"));
             }
             if height_m.is_none() {
-                table.missing("height_m", format_args!("the heights of black and white, each {Finite}"));
+                table.missing("height_m", format_args!("the heights of black and white, each {PLACE}"));
             }
         }
         Some(Format::Asc) => {
@@ -181,17 +185,17 @@ fn water(
         name,
         model,
         cells,
-        size_m: match table.maybe("size_m", AboveZero).or(terrain.map(|terrain| terrain.size_m)) {
+        size_m: match table.maybe("size_m", LENGTH).or(terrain.map(|terrain| terrain.size_m)) {
             Some(size_m) => size_m,
-            None => table.number("size_m", AboveZero),
+            None => table.number("size_m", LENGTH),
         },
-        level_m: table.maybe("level_m", Finite).unwrap_or(0.0),
-        depth_m: table.number("depth_m", AboveZero),
-        gravity_mps2: table.maybe("gravity_mps2", AboveZero).unwrap_or(9.81),
+        level_m: table.maybe("level_m", PLACE).unwrap_or(0.0),
+        depth_m: table.number("depth_m", LENGTH),
+        gravity_mps2: table.maybe("gravity_mps2", Within(1e-6, 1e6)).unwrap_or(9.81),
         damping_per_s: table.maybe("damping_per_s", Within(0.0, 100.0)).unwrap_or(0.03),
         diagonal: table.maybe("diagonal", Within(0.0, 1.0)).unwrap_or(diagonal),
         walls: table.choice("walls", walls).unwrap_or(walls[0].1),
-        dt_s: table.maybe("dt_s", AboveZero),
+        dt_s: table.maybe("dt_s", Within(FixedStep::SHORTEST_S, FixedStep::LONGEST_S)),
         max_catch_up_steps: table.maybe("max_catch_up_steps", Within(1.0, 10_000.0)),
         start: table.table("start").map_or(Start::Flat, |table| start(table, cells)),
         drops: table.tables("drop").into_iter().map(|table| drop(table, model)).collect(),
@@ -249,7 +253,7 @@ fn start(mut table: Table<'_>, cells: [u32; 2]) -> Start {
     let start = match shape {
         "flat" => Start::Flat,
         "mode" => {
-            let height_m = table.number("height_m", Finite);
+            let height_m = table.number("height_m", Within(-1e5, 1e5));
             let waves: [u32; 2] = table.number("waves", AtLeastZero);
             if cells != [0, 0] && (waves[0] > cells[0] || waves[1] > cells[1]) {
                 let allowed = format!("is {waves:?}; allowed: at most one half wave per cell, {cells:?}");
@@ -258,9 +262,9 @@ fn start(mut table: Table<'_>, cells: [u32; 2]) -> Start {
             Start::Mode { height_m, waves }
         }
         round => {
-            let height_m = table.number("height_m", Finite);
-            let at_m = table.maybe("at_m", Finite).unwrap_or([0.0; 2]);
-            let radius_m = table.number("radius_m", AboveZero);
+            let height_m = table.number("height_m", Within(-1e5, 1e5));
+            let at_m = table.maybe("at_m", PLACE).unwrap_or([0.0; 2]);
+            let radius_m = table.number("radius_m", LENGTH);
             match round {
                 "hump" => Start::Hump { height_m, at_m, radius_m },
                 _ => Start::Sombrero { height_m, at_m, radius_m },
@@ -274,8 +278,8 @@ fn start(mut table: Table<'_>, cells: [u32; 2]) -> Start {
 fn drop(mut table: Table<'_>, model: Model) -> Drop {
     let (volume_m3, push_m3ps) = amount(&mut table, model);
     let drop = Drop {
-        at_m: table.number("at_m", Finite),
-        radius_m: table.number("radius_m", AboveZero),
+        at_m: table.number("at_m", PLACE),
+        radius_m: table.number("radius_m", LENGTH),
         volume_m3,
         push_m3ps,
         start_s: table.maybe("start_s", AtLeastZero).unwrap_or(0.0),
@@ -293,7 +297,7 @@ fn rain(mut table: Table<'_>, model: Model) -> Rain {
     let (volume_m3, push_m3ps) = amount(&mut table, model);
     let rain = Rain {
         drops_per_s: table.number("drops_per_s", Within(0.0, 1e6)),
-        radius_m: table.number("radius_m", AboveZero),
+        radius_m: table.number("radius_m", LENGTH),
         volume_m3,
         push_m3ps,
     };

@@ -20,8 +20,6 @@ use glam::{uvec2, UVec2};
 pub struct Options {
     /// Edges of the grids (cells); those that suit the device if `None`.
     pub sizes: Option<Vec<u32>>,
-    /// Largest of them (cells).
-    pub max_size: Option<u32>,
     /// For each row (s); 3 if `None`.
     pub budget_s: Option<f64>,
 }
@@ -98,6 +96,11 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
                         reason: error.to_string(),
                     });
                 }
+                Err(Error::Water(crate::water::Error::Invalid(invalid))) => skipped.push(Skipped {
+                    variant: variant.into(),
+                    size: square(size),
+                    reason: invalid.to_string(),
+                }),
                 Err(error) => return Err(error),
             }
         }
@@ -123,11 +126,10 @@ fn square(size: u32) -> String {
 
 /// Sizes to run, and those that only run when asked for.
 fn sizes(gpu: &Gpu, options: &Options) -> (Vec<u32>, Vec<u32>) {
-    let most = options.max_size.unwrap_or(Model::MOST_CELLS);
     let wanted = options.sizes.clone().unwrap_or_else(|| SIZES.to_vec());
     let quick =
-        |size: &u32| options.sizes.is_some() || gpu.adapter().kind != "CPU" || *size <= LARGEST_ON_CPU;
-    wanted.into_iter().filter(|size| *size <= most).partition(quick)
+        |size: &u32| options.sizes.is_some() || !gpu.adapter().is_software() || *size <= LARGEST_ON_CPU;
+    wanted.into_iter().partition(quick)
 }
 
 fn does_not_fit(error: &crate::gpu::Error) -> bool {
@@ -196,7 +198,7 @@ fn copy_kernel(gpu: &Gpu) -> Result<Kernel> {
 /// Both ways to copy, at sizes far beyond every cache. Words that differ: zeros may be compressed.
 fn copies(gpu: &Gpu, effort: Effort) -> Result<Vec<BenchResult>> {
     const MIB: u64 = 1 << 20;
-    let wanted = if gpu.adapter().kind == "CPU" { [64 * MIB, 128 * MIB] } else { [512 * MIB, 1024 * MIB] };
+    let wanted = if gpu.adapter().is_software() { [64 * MIB, 128 * MIB] } else { [512 * MIB, 1024 * MIB] };
     let limits = gpu.limits();
     let groups = 16 * 256 * u64::from(limits.max_compute_work_group_count[0]);
     let most = groups.min(u64::from(limits.max_storage_buffer_range)) / MIB * MIB;

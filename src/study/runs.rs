@@ -103,7 +103,7 @@ impl Basin {
             state.upload(gpu, &start.height_m)?;
             State::Book(state)
         } else {
-            let state = Waves::new(gpu, tuning, scheme.has_land)?.state(cells, tuning.rows)?;
+            let state = Waves::new(gpu, tuning, scheme.has_land)?.state(cells)?;
             state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
             State::Waves(state)
         };
@@ -285,7 +285,7 @@ pub struct Effort {
 impl Effort {
     /// What a bench takes on this device.
     pub fn full(gpu: &Gpu) -> Self {
-        Self { run_ms: 20.0, fewest_runs: if gpu.adapter().kind == "CPU" { 9 } else { 50 }, budget_s: 3.0 }
+        Self { run_ms: 20.0, fewest_runs: if gpu.adapter().is_software() { 9 } else { 50 }, budget_s: 3.0 }
     }
 }
 

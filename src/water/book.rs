@@ -99,7 +99,12 @@ impl BookState {
 
     /// The two between which the steps go to and fro.
     pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface { height_m: &self.columns[i], pitch: self.cells.x, stride: 5 })
+        [0, 1].map(|i| Surface {
+            cells: self.cells,
+            height_m: &self.columns[i],
+            pitch: self.cells.x,
+            stride: 5,
+        })
     }
 
     /// Bytes on the device.
@@ -122,10 +127,10 @@ impl BookState {
     /// As [`BookState::upload`].
     pub fn upload_columns(&self, gpu: &Gpu, columns: &[Column]) -> Result<(), Error> {
         let heights: Vec<f32> = columns.iter().map(|column| column.height_m).collect();
-        check_heights("height_m", &heights, self.cells)?;
+        check_heights("height_m", &heights, self.cells, false)?;
         for k in 0..4 {
             let flows: Vec<f32> = columns.iter().map(|column| column.flow_mps[k]).collect();
-            check_heights("flow_mps", &flows, self.cells)?;
+            check_heights("flow_mps", &flows, self.cells, false)?;
         }
         Ok(gpu.upload_to(self.columns(), columns)?)
     }

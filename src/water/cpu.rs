@@ -3,7 +3,7 @@
 //! `f64` as the reference, or in `f32` to be compared with the GPU bit for bit. Written to be read beside the GLSL.
 
 use super::{Counts, DisturbParams, Disturbance, Model, Walls, LAND_M};
-use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Mul, Sub};
 
 /// `f32` or `f64`.
 pub trait Real:
@@ -15,14 +15,11 @@ pub trait Real:
     + AddAssign
     + Sub<Output = Self>
     + Mul<Output = Self>
-    + Neg<Output = Self>
 {
     /// `self * a + b`, rounded once.
     fn fused(self, a: Self, b: Self) -> Self;
     /// Nearest value.
     fn of(value: f64) -> Self;
-    /// Exact.
-    fn to_f64(self) -> f64;
 }
 
 impl Real for f32 {
@@ -32,9 +29,6 @@ impl Real for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
 }
 
 impl Real for f64 {
@@ -43,9 +37,6 @@ impl Real for f64 {
     }
     fn of(value: f64) -> Self {
         value
-    }
-    fn to_f64(self) -> f64 {
-        self
     }
 }
 
@@ -72,7 +63,7 @@ impl<T: Real> Numbers<T> {
             width: model.cells.x as usize,
             height: model.cells.y as usize,
             dt: T::of(model.dt_s),
-            pull: T::of(model.speed_mps.powi(2) * model.dt_s / (model.cell_m.powi(2) * (1.0 + 2.0 * w))),
+            pull: T::of(model.pull()),
             keep: T::of((-model.damping_per_s * model.dt_s).exp()),
             diagonal: T::of(w),
             folded: model.walls == Walls::Folded,
@@ -384,17 +375,19 @@ pub fn weigh(p: &DisturbParams, height_m: &[f32], items: &mut [Disturbance], cou
         let sane = numbers.iter().all(|n| n.is_finite())
             && d.radius_m > 0.0
             && (p.has_velocity == 1 || d.push_m3ps == 0.0);
-        let mut lanes = [0f32; 64];
+        let (mut lanes, mut peak) = ([0f32; 64], 0f32);
         if sane {
             for (i, c) in footprint(d, p).into_iter().enumerate() {
                 if height_m[((c[1] * p.pitch + c[0]) * p.stride) as usize] != LAND_M {
-                    lanes[i % 64] += weight_of(c, d, p);
+                    let weight = weight_of(c, d, p);
+                    lanes[i % 64] += weight;
+                    peak = peak.max(weight);
                 }
             }
         }
         let total: f32 = lanes.into_iter().fold(0.0, |sum, lane| sum + lane);
         let scale = if total > 0.0 { 1.0 / (p.cell_m * p.cell_m * total) } else { 0.0 };
-        let absurd = d.volume_m3.abs().max(d.push_m3ps.abs()) * scale > p.limit_m;
+        let absurd = d.volume_m3.abs().max(d.push_m3ps.abs()) * scale * peak > p.limit_m;
         d.scale = if sane && !absurd { scale } else { 0.0 };
         match () {
             () if !sane || absurd => counts.rejected += 1,

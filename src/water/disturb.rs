@@ -4,7 +4,7 @@
 
 use super::Surface;
 use crate::{
-    gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
+    gpu::{Access, Bound, Buffer, Error, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
     shaders,
 };
 use glam::{UVec2, Vec2};
@@ -117,6 +117,16 @@ impl Disturb {
         velocities: [Option<&Buffer>; 2],
         capacity: u32,
     ) -> Result<Disturbances> {
+        let allowed = self.gpu.limits().max_compute_work_group_count[0].min(u32::MAX / 64);
+        if capacity > allowed {
+            return Err(Error::Limit {
+                name: "water.disturbances".into(),
+                needed: capacity.into(),
+                device: self.gpu.name().into(),
+                allowed: allowed.into(),
+                limit: "maxComputeWorkGroupCount, a workgroup a disturbance",
+            });
+        }
         let bytes = HEADER_BYTES as u64 + u64::from(capacity) * size_of::<Disturbance>() as u64;
         let list = Buffer::new(&self.gpu, "water.disturbances", bytes, Residence::Device)?;
         let counters = self.gpu.upload("water.disturbance_counts", &[Counts::default()])?;
@@ -132,7 +142,7 @@ impl Disturb {
                 ("Height", height.into()),
                 ("Velocity", velocity.unwrap_or(height).into()),
             ])?;
-            Ok((height.raw(), weigh, apply))
+            Ok(Target { height: height.clone(), has_velocity: velocity.is_some(), weigh, apply })
         };
         let bound = [bind(&surfaces[0], velocities[0])?, bind(&surfaces[1], velocities[1])?];
         Ok(Disturbances { list, counters, bound, capacity, gpu: self.gpu.clone() })
@@ -141,11 +151,19 @@ impl Disturb {
 
 const HEADER_BYTES: usize = 16;
 
+/// A surface that the kernels are bound to.
+struct Target {
+    height: Buffer,
+    has_velocity: bool,
+    weigh: Bound,
+    apply: Bound,
+}
+
 /// A list on the GPU: a count, then the disturbances. Other simulations may fill it there.
 pub struct Disturbances {
     list: Buffer,
     counters: Buffer,
-    bound: [(ash::vk::Buffer, Bound, Bound); 2],
+    bound: [Target; 2],
     capacity: u32,
     gpu: Gpu,
 }
@@ -154,10 +172,15 @@ impl Disturbances {
     /// Prepares and adds what is in the list now.
     ///
     /// # Panics
-    /// If `surface` is not one of the two that the list was made for.
+    /// If `surface` is not one of the two that the list was made for, or `params` are of another grid, or of a velocity
+    /// that there is not.
     pub fn record(&self, rec: &mut Recorder<'_>, surface: &Surface<'_>, params: &DisturbParams) {
-        let bound = self.bound.iter().find(|(height, ..)| *height == surface.height_m.raw());
-        let (_, weigh, apply) = bound.expect("a surface that the list was made for");
+        let bound = self.bound.iter().find(|target| target.height.is(surface.height_m));
+        let Target { has_velocity, weigh, apply, .. } = bound.expect("a surface that the list was made for");
+        let (asked, there) =
+            ((params.cells, params.pitch, params.stride), (surface.cells, surface.pitch, surface.stride));
+        assert_eq!(asked, there, "grid of the parameters and of the surface");
+        assert!(*has_velocity || params.has_velocity == 0, "the surface has no velocity");
         rec.span(c"water.weigh", |rec| rec.dispatch(weigh, [64 * self.capacity, 1, 1], params));
         rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
         rec.span(c"water.disturb", |rec| rec.dispatch(apply, [params.cells.x, params.cells.y, 1], params));

@@ -5,10 +5,9 @@
 use super::Surface;
 use crate::{
     draw::{Grid, Stage},
-    gpu::{Access, Blend, Bound, Depth, Gpu, Raster, RasterInfo, Recorder, Result, Topology},
+    gpu::{Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Result, Topology},
     shaders,
 };
-use ash::vk;
 use glam::{UVec2, Vec2};
 
 /// How a surface is shown.
@@ -40,9 +39,9 @@ pub struct SurfaceParams {
 
 /// A pipeline for the two surfaces between which a model goes to and fro.
 pub struct SurfaceDraw {
-    bound: [(vk::Buffer, Bound); 2],
+    bound: [(Buffer, Bound); 2],
     look: Look,
-    indices: crate::gpu::Buffer,
+    indices: Buffer,
 }
 
 impl SurfaceDraw {
@@ -51,6 +50,9 @@ impl SurfaceDraw {
 
     /// # Errors
     /// If the device cannot draw.
+    ///
+    /// # Panics
+    /// If clear water is to be drawn on a stage without terrain: there is nothing to see through it.
     pub fn new(gpu: &Gpu, stage: &Stage, surfaces: [Surface<'_>; 2], look: Look) -> Result<Self> {
         let shaded = RasterInfo {
             name: c"water.surface",
@@ -75,16 +77,14 @@ impl SurfaceDraw {
             },
         };
         let raster = Raster::new::<SurfaceParams>(gpu, &info)?;
-        let terrain = stage.terrain();
         let bind = |surface: &Surface<'_>| -> Result<_> {
-            let all = [
-                ("Views", stage.views().into()),
-                ("Terrain", terrain.height().into()),
-                ("Light", terrain.light().into()),
-                ("Height", surface.height_m.into()),
-            ];
-            let used: Vec<_> = all.into_iter().filter(|(name, _)| info.blocks.contains(name)).collect();
-            Ok((surface.height_m.raw(), raster.bind(&used)?))
+            let mut used = vec![("Views", stage.views().into())];
+            if look == Look::Shaded {
+                let terrain = stage.terrain().expect("a stage with terrain");
+                used.extend([("Terrain", terrain.height().into()), ("Light", terrain.light().into())]);
+            }
+            used.push(("Height", surface.height_m.into()));
+            Ok((surface.height_m.clone(), raster.bind(&used)?))
         };
         let bound = [bind(&surfaces[0])?, bind(&surfaces[1])?];
         Ok(Self { bound, look, indices: stage.grid().indices().clone() })
@@ -93,10 +93,13 @@ impl SurfaceDraw {
     /// Draws `surface`, inside [`Stage::record`].
     ///
     /// # Panics
-    /// If `surface` is not one of the two that this was made for.
+    /// If `surface` is not one of the two that this was made for, or `params` are of another grid.
     pub fn record(&self, rec: &mut Recorder<'_>, surface: &Surface<'_>, params: &SurfaceParams) {
-        let bound = self.bound.iter().find(|(height, _)| *height == surface.height_m.raw());
+        let bound = self.bound.iter().find(|(height, _)| height.is(surface.height_m));
         let (_, bound) = bound.expect("a surface that this was made for");
+        let (asked, there) =
+            ((params.cells, params.pitch, params.stride), (surface.cells, surface.pitch, surface.stride));
+        assert_eq!(asked, there, "grid of the parameters and of the surface");
         match self.look {
             Look::Shaded => rec.draw_indexed(bound, &self.indices, Grid::tiles(params.cells), params),
             Look::Wireframe => rec.draw(bound, 6 * params.cells.element_product(), 1, params),

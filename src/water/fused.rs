@@ -25,9 +25,9 @@ pub struct FusedTuning {
 impl FusedTuning {
     /// The fastest of `whitecap bench --tune` (docs/results).
     pub fn for_grid(gpu: &Gpu, _cells: UVec2) -> Self {
-        match gpu.adapter().kind {
-            "CPU" => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
-            _ => Self { group: UVec2::new(32, 8), rows: 8, steps: 6, buffers: 1 },
+        match gpu.adapter().is_software() {
+            true => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
+            false => Self { group: UVec2::new(32, 8), rows: 8, steps: 6, buffers: 1 },
         }
     }
 
@@ -80,6 +80,7 @@ pub struct Fused {
     step: Kernel,
     tuning: FusedTuning,
     walls: Walls,
+    has_land: bool,
     gpu: Gpu,
 }
 
@@ -112,7 +113,7 @@ impl Fused {
                 u32::from(walls == Walls::Dropped && !has_land),
             ],
         };
-        Ok(Self { step: Kernel::new::<FusedParams>(gpu, &info)?, tuning, walls, gpu: gpu.clone() })
+        Ok(Self { step: Kernel::new::<FusedParams>(gpu, &info)?, tuning, walls, has_land, gpu: gpu.clone() })
     }
 
     /// A basin whose memory is not set yet: [`FusedState::upload`].
@@ -134,8 +135,8 @@ impl Fused {
             ])
         };
         let steps = [bind(0)?, bind(1)?];
-        let Self { tuning, walls, .. } = *self;
-        Ok(FusedState { heights, velocities, steps, current: 0, cells, pitch, tuning, walls })
+        let Self { tuning, walls, has_land, .. } = *self;
+        Ok(FusedState { heights, velocities, steps, current: 0, cells, pitch, tuning, walls, has_land })
     }
 }
 
@@ -150,6 +151,7 @@ pub struct FusedState {
     pitch: u32,
     tuning: FusedTuning,
     walls: Walls,
+    has_land: bool,
 }
 
 impl FusedState {
@@ -205,7 +207,12 @@ impl FusedState {
 
     /// The two between which the steps go to and fro.
     pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface { height_m: &self.heights[i], pitch: self.pitch, stride: 1 })
+        [0, 1].map(|i| Surface {
+            cells: self.cells,
+            height_m: &self.heights[i],
+            pitch: self.pitch,
+            stride: 1,
+        })
     }
 
     /// The velocities of each of [`FusedState::surfaces`], for [`Disturb::list_of`](super::Disturb::list_of).
@@ -223,8 +230,8 @@ impl FusedState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells)?;
-        check_heights("velocity_mps", velocity_mps, self.cells)?;
+        check_heights("height_m", height_m, self.cells, self.has_land)?;
+        check_heights("velocity_mps", velocity_mps, self.cells, false)?;
         gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
         gpu.upload_to(self.velocity(), &padded(velocity_mps, self.cells, self.pitch))?;
         Ok(())

@@ -97,7 +97,7 @@ pub struct Params {
     pub pitch: u32,
     /// Step (s).
     pub dt_s: f32,
-    /// `c^2 dt / (dx^2 (1 + 2 w))` (1/s).
+    /// [`Model::pull`] (1/s).
     pub pull: f32,
     /// `exp(-gamma dt)`.
     pub keep: f32,
@@ -156,6 +156,11 @@ impl Model {
             let allowed = "0 to 1".into();
             return Err(Invalid { key: "diagonal", value: self.diagonal.to_string(), allowed });
         }
+        if !(self.pull() as f32).is_normal() {
+            let (value, allowed) =
+                (self.cell_m.to_string(), "a size that waves can cross in an f32 of steps".into());
+            return Err(Invalid { key: "cell_m", value, allowed });
+        }
         let limit = self.longest_stable_s();
         // A step computed as exactly the limit may come out above it by rounding.
         if self.dt_s > limit * (1.0 + 1e-12) {
@@ -168,14 +173,20 @@ impl Model {
         Ok(())
     }
 
+    /// `c^2 dt / (dx^2 (1 + 2 w)) exp(gamma dt / 2)` (1/s). The last factor undoes half of the damping that a step does
+    /// to its own kick: without it damped waves are slower, the more so the longer the step.
+    pub fn pull(&self) -> f64 {
+        let stencil = self.cell_m.powi(2) * (1.0 + 2.0 * self.diagonal);
+        self.speed_mps.powi(2) * self.dt_s / stencil * (0.5 * self.damping_per_s * self.dt_s).exp()
+    }
+
     /// Push constants of a state with `pitch` cells from row to row.
     pub fn params(&self, pitch: u32) -> Params {
-        let pull = self.speed_mps.powi(2) * self.dt_s / (self.cell_m.powi(2) * (1.0 + 2.0 * self.diagonal));
         Params {
             cells: self.cells,
             pitch,
             dt_s: self.dt_s as f32,
-            pull: pull as f32,
+            pull: self.pull() as f32,
             keep: (-self.damping_per_s * self.dt_s).exp() as f32,
             diagonal: self.diagonal as f32,
             folded: u32::from(self.walls == Walls::Folded),
@@ -194,6 +205,8 @@ impl Params {
 /// Where the heights of a surface lie: all that drawing and disturbing need to know of a model.
 #[derive(Clone, Copy)]
 pub struct Surface<'a> {
+    /// Size of the grid.
+    pub cells: UVec2,
     /// `f32` (m above rest), [`LAND_M`] where there is none; others may lie between.
     pub height_m: &'a Buffer,
     /// Columns from one row to the next.
@@ -214,13 +227,16 @@ pub enum Error {
 }
 
 /// Refuses numbers that would spread through a basin: one a column, finite, and not absurd.
-fn check_heights(key: &'static str, numbers: &[f32], cells: UVec2) -> Result<(), Invalid> {
+fn check_heights(key: &'static str, numbers: &[f32], cells: UVec2, allows_land: bool) -> Result<(), Invalid> {
     let invalid = |value: String, allowed: String| Err(Invalid { key, value, allowed });
     if numbers.len() != cells.as_usizevec2().element_product() {
         return invalid(format!("{} numbers", numbers.len()), format!("one for each of {cells} cells"));
     }
-    match numbers.iter().position(|h| !(h.is_finite() && (h.abs() < 1e6 || *h == LAND_M))) {
-        Some(i) => invalid(format!("{} in cell {i}", numbers[i]), "finite and within 1e6".into()),
+    match numbers.iter().position(|h| !(h.abs() < 1e6 || (allows_land && *h == LAND_M))) {
+        Some(i) => invalid(
+            format!("{} in cell {i}", numbers[i]),
+            "within 1e6, and land only where the kernel is built for it".into(),
+        ),
         None => Ok(()),
     }
 }

@@ -21,9 +21,9 @@ impl Tuning {
     /// The fastest of `whitecap bench --tune` (docs/results): wide groups, and as few loads as leave every lane of the
     /// device something to do.
     pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
-        let (group, rows, fewest) = match gpu.adapter().kind {
-            "CPU" => (UVec2::new(128, 1), 16, 1),
-            _ => (UVec2::new(128, 2), 2, 1 << 16),
+        let (group, rows, fewest) = match gpu.adapter().is_software() {
+            true => (UVec2::new(128, 1), 16, 1),
+            false => (UVec2::new(128, 2), 2, 1 << 16),
         };
         let fours = u64::from(cells.x.div_ceil(4));
         Self { group, rows: (u64::from(cells.y) * fours / fewest).clamp(1, rows) as u32 }
@@ -33,6 +33,8 @@ impl Tuning {
 /// The kernel. It holds no basin, so one steps any number of them.
 pub struct Waves {
     step: Kernel,
+    rows: u32,
+    has_land: bool,
     gpu: Gpu,
 }
 
@@ -46,14 +48,18 @@ impl Waves {
     ///
     /// # Errors
     /// If the device does not take the tuning.
+    ///
+    /// # Panics
+    /// If an invocation is to walk down no rows.
     pub fn new(gpu: &Gpu, tuning: Tuning, has_land: bool) -> Result<Self> {
+        assert!(tuning.rows > 0, "{tuning:?}");
         let info = KernelInfo {
             name: c"water.waves",
             spv: shaders::WATER_WAVES_COMP,
             blocks: &["Height", "Velocity", "NewHeight"],
             constants: &[tuning.group.x, tuning.group.y, tuning.rows, u32::from(has_land)],
         };
-        Ok(Self { step: Kernel::new::<Params>(gpu, &info)?, gpu: gpu.clone() })
+        Ok(Self { step: Kernel::new::<Params>(gpu, &info)?, rows: tuning.rows, has_land, gpu: gpu.clone() })
     }
 
     /// A basin whose memory is not set yet: [`WavesState::upload`], or write [`WavesState::height`] and
@@ -61,7 +67,10 @@ impl Waves {
     ///
     /// # Errors
     /// If the device has no room, or cannot see a buffer of that size.
-    pub fn state(&self, cells: UVec2, rows: u32) -> Result<WavesState> {
+    ///
+    /// # Panics
+    /// If there are no cells.
+    pub fn state(&self, cells: UVec2) -> Result<WavesState> {
         let pitch = cells.x.next_multiple_of(4);
         let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
         let buffer = |name: &str| Buffer::new(&self.gpu, name, bytes, Residence::Device);
@@ -75,7 +84,8 @@ impl Waves {
             ])
         };
         let steps = [bind(0)?, bind(1)?];
-        Ok(WavesState { heights, velocity, steps, current: 0, cells, pitch, rows })
+        let Self { rows, has_land, .. } = *self;
+        Ok(WavesState { heights, velocity, steps, current: 0, cells, pitch, rows, has_land })
     }
 }
 
@@ -88,6 +98,7 @@ pub struct WavesState {
     cells: UVec2,
     pitch: u32,
     rows: u32,
+    has_land: bool,
 }
 
 impl WavesState {
@@ -129,7 +140,12 @@ impl WavesState {
 
     /// The two between which the steps go to and fro.
     pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface { height_m: &self.heights[i], pitch: self.pitch, stride: 1 })
+        [0, 1].map(|i| Surface {
+            cells: self.cells,
+            height_m: &self.heights[i],
+            pitch: self.pitch,
+            stride: 1,
+        })
     }
 
     /// Bytes on the device.
@@ -142,8 +158,8 @@ impl WavesState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells)?;
-        check_heights("velocity_mps", velocity_mps, self.cells)?;
+        check_heights("height_m", height_m, self.cells, self.has_land)?;
+        check_heights("velocity_mps", velocity_mps, self.cells, false)?;
         gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
         gpu.upload_to(&self.velocity, &padded(velocity_mps, self.cells, self.pitch))?;
         Ok(())
