@@ -20,7 +20,7 @@ pub struct BenchArgs {
     /// Time for each row (s)
     #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
-    /// Instead, try every tuning of `waves` on grids of the sizes
+    /// Instead, try every tuning of `waves` on grids of the sizes, one step a dispatch and several
     #[arg(long)]
     tune: bool,
     /// Print JSON
@@ -90,6 +90,26 @@ fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
                 .collect();
             print(&format!("{size} x {size} on {}", gpu.name()));
             print(&format!("{}\n", table(&["group", "rows", "G cells/s"], &rows)));
+        }
+        let rates = progress("tunings", |on| bench::sweep_fused(gpu, size, on))?;
+        let entry = |(tuning, rate): &(whitecap::water::FusedTuning, f64)| json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "steps": tuning.steps, "buffers": tuning.buffers, "cells_per_s": rate});
+        all.extend(rates.iter().map(entry));
+        if !args.json {
+            let rows: Vec<_> = rates
+                .iter()
+                .take(12)
+                .map(|(tuning, rate)| {
+                    vec![
+                        format!("{}x{}", tuning.group.x, tuning.group.y),
+                        tuning.rows.to_string(),
+                        tuning.steps.to_string(),
+                        tuning.buffers.to_string(),
+                        short(1e-9 * rate),
+                    ]
+                })
+                .collect();
+            let headers = ["group", "rows", "steps", "buffers", "G cells/s"];
+            print(&format!("{size} x {size}, several steps a dispatch\n{}\n", table(&headers, &rows)));
         }
     }
     if args.json {
