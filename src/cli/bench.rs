@@ -20,7 +20,7 @@ pub struct BenchArgs {
     /// Time for each row (s)
     #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
-    /// Instead, try every tuning of `waves` on grids of the sizes, one step a dispatch and several
+    /// Instead, try every tuning of `waves` and `pipes` on grids of the sizes
     #[arg(long)]
     tune: bool,
     /// Print JSON
@@ -91,10 +91,12 @@ fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
             print(&format!("{size} x {size} on {}", gpu.name()));
             print(&format!("{}\n", table(&["group", "rows", "G cells/s"], &rows)));
         }
-        let rates = progress("tunings", |on| bench::sweep_fused(gpu, size, on))?;
-        let entry = |(tuning, rate): &(whitecap::water::FusedTuning, f64)| json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "steps": tuning.steps, "buffers": tuning.buffers, "cells_per_s": rate});
-        all.extend(rates.iter().map(entry));
-        if !args.json {
+        for variant in ["waves/fused/w0.25", "pipes/fused/w0.25"] {
+            let rates = progress("tunings", |on| bench::sweep_fused(gpu, variant, size, on))?;
+            all.extend(rates.iter().map(|(tuning, rate)| json!({"variant": variant, "size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "steps": tuning.steps, "buffers": tuning.buffers, "cells_per_s": rate})));
+            if args.json {
+                continue;
+            }
             let rows: Vec<_> = rates
                 .iter()
                 .take(12)
@@ -109,7 +111,7 @@ fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
                 })
                 .collect();
             let headers = ["group", "rows", "steps", "buffers", "G cells/s"];
-            print(&format!("{size} x {size}, several steps a dispatch\n{}\n", table(&headers, &rows)));
+            print(&format!("{variant}, {size} x {size}\n{}\n", table(&headers, &rows)));
         }
     }
     if args.json {

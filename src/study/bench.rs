@@ -32,7 +32,7 @@ const LARGEST_ON_CPU: u32 = 2048;
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
     [("system", "copy/kernel"), ("system", "copy/command"), ("system", "empty")];
-const WATER: [&str; 8] = [
+const WATER: [&str; 13] = [
     "book",
     "waves/w0",
     "waves/w0.25",
@@ -41,6 +41,11 @@ const WATER: [&str; 8] = [
     "waves/fused/w0.25",
     "waves/fused/w1",
     "waves/fused/w0.25/land",
+    "pipes/w0",
+    "pipes/w0.25",
+    "pipes/fused/w0",
+    "pipes/fused/w0.25",
+    "pipes/fused/w0.25/land",
 ];
 
 /// Every row there is: sim and variant.
@@ -94,9 +99,7 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
             let tunings = Tunings::for_grid(gpu, UVec2::splat(size));
             match water(gpu, variant, size, tunings, effort) {
                 Ok(timing) => {
-                    let a_dispatch = if scheme.is_book { 40.0 } else { 16.0 }; // read once, written once
-                    let steps = if scheme.is_fused { tunings.fused.steps } else { 1 };
-                    let bytes = a_dispatch / f64::from(steps);
+                    let bytes = scheme.bytes_a_column() / f64::from(tunings.steps(scheme));
                     let items = f64::from(size).powi(2);
                     let what = Row { sim: "water", variant, size: square(size), unit: "cell" };
                     results.push(what.timed(timing, items, bytes, copy_bytes_per_s));
@@ -299,7 +302,7 @@ pub fn sweep_tuning(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Ve
 }
 
 /// Workgroup and rows: tiles of 64 x 32 to 256 x 64.
-const TILES: [(UVec2, u32); 18] = [
+const TILES: [(UVec2, u32); 20] = [
     (uvec2(16, 4), 8),
     (uvec2(16, 4), 16),
     (uvec2(16, 8), 4),
@@ -312,19 +315,26 @@ const TILES: [(UVec2, u32); 18] = [
     (uvec2(32, 4), 12),
     (uvec2(32, 4), 16),
     (uvec2(32, 8), 4),
+    (uvec2(32, 8), 6),
     (uvec2(32, 8), 8),
     (uvec2(32, 16), 2),
+    (uvec2(32, 16), 3),
     (uvec2(32, 16), 4),
     (uvec2(64, 1), 24),
     (uvec2(64, 4), 8),
     (uvec2(64, 8), 4),
 ];
 
-/// Cells times steps per second of the fused `waves` with every tuning, as [`sweep_tuning`].
+/// Cells times steps per second of `waves/fused/..` or `pipes/fused/..` with every tuning, as [`sweep_tuning`].
 ///
 /// # Errors
 /// The device's.
-pub fn sweep_fused(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Vec<(FusedTuning, f64)>> {
+pub fn sweep_fused(
+    gpu: &Gpu,
+    variant: &str,
+    size: u32,
+    progress: OnProgress<'_>,
+) -> Result<Vec<(FusedTuning, f64)>> {
     let effort = Effort { run_ms: 10.0, fewest_runs: 9, budget_s: 0.5 };
     let steps = [2, 4, 6, 8, 12];
     let mut rates = Vec::new();
@@ -337,8 +347,8 @@ pub fn sweep_fused(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Vec
         let tile = fused.tile();
         let now = format!("{} x {}, {} rows, {} steps", tile.x, tile.y, fused.rows, fused.steps);
         progress(Progress { done, of: tunings.len(), now: &now });
-        let tunings = Tunings { fused, ..Tunings::for_grid(gpu, UVec2::splat(size)) };
-        match water(gpu, "waves/fused/w0.25", size, tunings, effort) {
+        let tunings = Tunings { fused, pipes: fused, ..Tunings::for_grid(gpu, UVec2::splat(size)) };
+        match water(gpu, variant, size, tunings, effort) {
             Ok(timing) => rates.push((fused, f64::from(size).powi(2) / (1e-3 * timing.median_ms))),
             Err(Error::Gpu(crate::gpu::Error::Interface { .. })) => {}
             Err(error) => return Err(error),

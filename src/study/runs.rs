@@ -5,15 +5,16 @@ use super::Result;
 use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
-        cpu, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Fused, FusedState,
-        FusedTuning, Model, Params, Tuning, Walls, Waves, WavesState, LAND_M,
+        cpu, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Fused,
+        FusedState, FusedTuning, Model, Params, Pipes, PipesState, PipesTuning, Tuning, Walls, Waves,
+        WavesState, LAND_M,
     },
 };
 use glam::UVec2;
 use std::time::Instant;
 
 /// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land and
-/// `/fused` if it takes several steps a dispatch.
+/// `/fused` if it takes several steps a dispatch, or `pipes` with the same options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// The kernel is `water.book`, else `water.waves`.
@@ -22,8 +23,10 @@ pub struct Scheme {
     pub diagonal: f64,
     /// The kernel is built to look for land.
     pub has_land: bool,
-    /// The kernel is `water.fused`.
+    /// The kernel is `water.fused` or `water.pipes_fused`.
     pub is_fused: bool,
+    /// The kernel is `water.pipes` or `water.pipes_fused`.
+    pub is_pipes: bool,
 }
 
 impl Scheme {
@@ -32,12 +35,22 @@ impl Scheme {
     /// # Panics
     /// If it names none: variants are written in tables of this crate.
     pub fn named(variant: &str) -> Self {
-        let is_book = variant.split('/').next() == Some("book");
+        let kernel = variant.split('/').next().unwrap_or_default();
+        let (is_book, is_pipes) = (kernel == "book", kernel == "pipes");
         let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
         let diagonal =
             weight.or(is_book.then_some(1.0)).unwrap_or_else(|| panic!("`{variant}` names no scheme"));
         let has = |wanted: &str| variant.split('/').any(|option| option == wanted);
-        Self { is_book, diagonal, has_land: has("land"), is_fused: has("fused") }
+        Self { is_book, diagonal, has_land: has("land"), is_fused: has("fused"), is_pipes }
+    }
+
+    /// Read once and written once by a dispatch, for each column.
+    pub fn bytes_a_column(self) -> f64 {
+        match (self.is_book, self.is_pipes, self.diagonal > 0.0) {
+            (false, false, _) => 16.0,
+            (false, true, false) => 24.0,
+            _ => 40.0,
+        }
     }
 
     /// `model` with the stencil and the walls of the scheme.
@@ -64,16 +77,31 @@ pub fn book_constants(cells: UVec2) -> Model {
 /// How each kernel cuts up the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tunings {
-    /// Of `water.waves`.
+    /// Of `water.waves` and `water.pipes`.
     pub waves: Tuning,
     /// Of `water.fused`.
     pub fused: FusedTuning,
+    /// Of `water.pipes_fused`.
+    pub pipes: FusedTuning,
 }
 
 impl Tunings {
     /// What the device likes.
     pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
-        Self { waves: Tuning::for_grid(gpu, cells), fused: FusedTuning::for_grid(gpu, cells) }
+        Self {
+            waves: Tuning::for_grid(gpu, cells),
+            fused: FusedTuning::for_grid(gpu, cells),
+            pipes: FusedTuning::for_pipes(gpu, cells),
+        }
+    }
+
+    /// Steps that a dispatch takes.
+    pub fn steps(&self, scheme: Scheme) -> u32 {
+        match (scheme.is_fused, scheme.is_pipes) {
+            (false, _) => 1,
+            (true, false) => self.fused.steps,
+            (true, true) => self.pipes.steps,
+        }
     }
 }
 
@@ -81,22 +109,27 @@ enum State {
     Book(BookState),
     Waves(WavesState),
     Fused(FusedState),
+    Pipes(PipesState),
 }
 
 impl State {
     fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
-        if let Self::Fused(state) = self {
-            state.record(rec, params, steps);
-            return rec.barrier(Fused::EXIT, Fused::ENTRY);
-        }
-        for _ in 0..steps {
-            match self {
-                Self::Book(state) => state.record(rec, params),
-                Self::Waves(state) => state.record(rec, params),
-                Self::Fused(_) => {}
+        let barrier = |rec: &mut Recorder<'_>| rec.barrier(Waves::EXIT, Waves::ENTRY);
+        let each = |rec: &mut Recorder<'_>, step: &mut dyn FnMut(&mut Recorder<'_>)| {
+            for i in 0..steps {
+                if i > 0 {
+                    barrier(rec);
+                }
+                step(rec);
             }
-            rec.barrier(Waves::EXIT, Waves::ENTRY);
+        };
+        match self {
+            Self::Book(state) => each(rec, &mut |rec| state.record(rec, params)),
+            Self::Waves(state) => each(rec, &mut |rec| state.record(rec, params)),
+            Self::Fused(state) => state.record(rec, params, steps),
+            Self::Pipes(state) => state.record(rec, params, steps),
         }
+        barrier(rec);
     }
 }
 
@@ -106,7 +139,7 @@ pub struct Basin {
     submitter: Submitter,
     model: Model,
     state: State,
-    tunings: Tunings,
+    steps_a_dispatch: u32,
 }
 
 /// Steps in a submission, so that no driver thinks it hangs.
@@ -131,6 +164,15 @@ impl Basin {
             let state = Book::new(gpu)?.state(cells)?;
             state.upload(gpu, &start.height_m)?;
             State::Book(state)
+        } else if scheme.is_pipes {
+            let tuning = match scheme.is_fused {
+                true => PipesTuning::Fused(tunings.pipes),
+                false => PipesTuning::OneStep(tunings.waves),
+            };
+            let kernel = Pipes::new(gpu, tuning, scheme.diagonal > 0.0, scheme.has_land)?;
+            let state = kernel.state(cells)?;
+            state.upload(gpu, &start.height_m)?;
+            State::Pipes(state)
         } else if scheme.is_fused {
             let kernel = Fused::new(gpu, tunings.fused, start.model.walls, scheme.has_land)?;
             let state = kernel.state(cells)?;
@@ -142,7 +184,8 @@ impl Basin {
             State::Waves(state)
         };
         let submitter = Submitter::new(gpu, 0)?;
-        Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state, tunings })
+        let steps_a_dispatch = tunings.steps(scheme);
+        Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state, steps_a_dispatch })
     }
 
     fn params(&self) -> Params {
@@ -150,6 +193,7 @@ impl Basin {
             State::Book(state) => self.model.params(state.pitch()),
             State::Waves(state) => self.model.params(state.pitch()),
             State::Fused(state) => self.model.params(state.pitch()),
+            State::Pipes(state) => self.model.params(state.pitch()),
         }
     }
 
@@ -195,6 +239,7 @@ impl Basin {
             State::Waves(state) => return Ok(state.download(&self.gpu)?),
             State::Fused(state) => return Ok(state.download(&self.gpu)?),
             State::Book(state) => state.download(&self.gpu)?,
+            State::Pipes(state) => state.download(&self.gpu)?,
         };
         let (w, h) = (self.model.cells.x as usize, self.model.cells.y as usize);
         let flow = |x: usize, y: usize, dx: isize, dy: isize, k: usize| {
@@ -219,6 +264,7 @@ impl Basin {
     pub fn upload(&mut self, height_m: &[f32]) -> Result<()> {
         match &self.state {
             State::Book(state) => state.upload(&self.gpu, height_m)?,
+            State::Pipes(state) => state.upload(&self.gpu, height_m)?,
             State::Waves(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
             State::Fused(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
         }
@@ -232,6 +278,7 @@ impl Basin {
     pub fn disturb(&mut self, items: &[Disturbance]) -> Result<Counts> {
         let (surfaces, surface, velocities) = match &self.state {
             State::Book(state) => (state.surfaces(), state.surface(), [None; 2]),
+            State::Pipes(state) => (state.surfaces(), state.surface(), [None; 2]),
             State::Waves(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
             State::Fused(state) => (state.surfaces(), state.surface(), state.velocities()),
         };
@@ -260,8 +307,7 @@ impl Basin {
     /// The device's.
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
         let params = self.params();
-        let steps = if matches!(self.state, State::Fused(_)) { self.tunings.fused.steps } else { 1 };
-        let (gpu, state) = (&self.gpu, &mut self.state);
+        let (gpu, state, steps) = (&self.gpu, &mut self.state, self.steps_a_dispatch);
         let block = time(gpu, effort, |rec| state.record(rec, &params, steps))?;
         let each = |ms: f64| ms / f64::from(steps);
         let (median_ms, min_ms, p95_ms) = (each(block.median_ms), each(block.min_ms), each(block.p95_ms));
@@ -273,6 +319,10 @@ impl Basin {
 pub fn twin(scheme: Scheme, start: &Start, steps: u32) -> Vec<f64> {
     if scheme.is_book {
         let mut twin = cpu::Book::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    } else if scheme.is_pipes {
+        let mut twin = cpu_pipes::Pipes::<f64>::at_rest(&start.model, &start.height_m);
         (0..steps).for_each(|_| twin.step());
         twin.height_m
     } else {

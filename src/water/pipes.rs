@@ -21,11 +21,8 @@ pub enum PipesTuning {
 
 impl PipesTuning {
     /// The fastest of `whitecap bench --tune` (docs/results).
-    pub fn for_grid(gpu: &Gpu, _cells: UVec2) -> Self {
-        Self::Fused(match gpu.adapter().kind {
-            "CPU" => FusedTuning { group: UVec2::new(32, 4), rows: 8, steps: 4, buffers: 1 },
-            _ => FusedTuning { group: UVec2::new(32, 16), rows: 3, steps: 4, buffers: 1 },
-        })
+    pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
+        Self::Fused(FusedTuning::for_pipes(gpu, cells))
     }
 
     /// Most steps a dispatch.
@@ -193,15 +190,6 @@ impl PipesState {
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
         2 * (self.heights[0].bytes() + self.flows[0].bytes())
-    }
-
-    /// Bytes read once and written once by a dispatch, for each column.
-    pub fn bytes_a_column(&self) -> u32 {
-        if self.has_diagonals {
-            40
-        } else {
-            24
-        }
     }
 
     /// Sets heights (m above rest, [`LAND_M`](super::LAND_M) for land), without padding, with all pipes at rest.
