@@ -38,7 +38,13 @@ macro_rules! assert_layout {
 
 #[test]
 fn water_structs() {
-    for spv in [shaders::WATER_BOOK_COMP, shaders::WATER_WAVES_COMP] {
+    for spv in [
+        shaders::WATER_BOOK_COMP,
+        shaders::WATER_WAVES_COMP,
+        shaders::WATER_FUSED_COMP,
+        shaders::WATER_PIPES_COMP,
+        shaders::WATER_PIPES_FUSED_COMP,
+    ] {
         assert_layout!(
             interface(spv),
             "WaterParams" == water::Params { cells, pitch, dt_s, pull, keep, diagonal, folded }

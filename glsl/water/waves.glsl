@@ -6,12 +6,7 @@
 // `fma` is named where it is meant, and `precise` forbids any other, so that every kernel rounds in the same places.
 // CPU twin: water::cpu::Waves.
 
-// Four columns of a row and the one on either side.
-struct Row {
-    float west;
-    vec4 mid;
-    float east;
-};
+#include "water/row.glsl"
 
 vec4 bend_of(Row r) {
     precise vec4 rise = vec4(r.mid.yzw, r.east) - r.mid;  // eastward; each is used by two columns

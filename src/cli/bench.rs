@@ -2,9 +2,13 @@
 use super::{hardcases::short, print, print_json, progress, DeviceArgs, Failure};
 use clap::Args;
 use serde_json::json;
-use whitecap::study::{
-    bench::{self, Options},
-    shapes::table,
+use whitecap::{
+    gpu::Gpu,
+    study::{
+        bench::{self, Options},
+        shapes::table,
+    },
+    water::{FusedTuning, Tuning},
 };
 
 #[derive(Args)]
@@ -20,7 +24,7 @@ pub struct BenchArgs {
     /// Time for each row (s)
     #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
-    /// Instead, try every tuning of `waves` on grids of the sizes
+    /// Instead, try every tuning of `waves` and `pipes` on grids of the sizes
     #[arg(long)]
     tune: bool,
     /// Print JSON
@@ -71,32 +75,52 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     args.device.verdict(&gpu)
 }
 
-fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
+fn tune(args: &BenchArgs, gpu: &Gpu) -> Result<(), Failure> {
+    let is_named =
+        |variant: &&str| args.names.is_empty() || args.names.iter().any(|name| variant.starts_with(name));
+    let variants = ["waves/w0.25", "waves/fused/w0.25", "pipes/fused/w0.25"];
+    let variants: Vec<_> = variants.into_iter().filter(is_named).collect();
     let mut all = Vec::new();
     for &size in args.sizes.as_deref().unwrap_or(&[1024]) {
-        let rates = progress("tunings", |on| bench::sweep_tuning(gpu, size, on))?;
-        let entry = |(tuning, rate): &(whitecap::water::Tuning, f64)| json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "cells_per_s": rate});
-        all.extend(rates.iter().map(entry));
-        if !args.json {
-            let rows: Vec<_> = rates
-                .iter()
-                .take(12)
-                .map(|(tuning, rate)| {
-                    vec![
-                        format!("{}x{}", tuning.group.x, tuning.group.y),
-                        tuning.rows.to_string(),
-                        short(1e-9 * rate),
-                    ]
+        for variant in &variants {
+            let rates = progress("tunings", |on| match *variant {
+                "waves/w0.25" => Ok(bench::sweep_tuning(gpu, size, on)?.into_iter().map(one_step).collect()),
+                fused => bench::sweep_fused(gpu, fused, size, on),
+            })?;
+            if !args.json {
+                let headers = ["group", "rows", "steps", "buffers", "G cell-steps/s"];
+                let rows: Vec<_> = rates.iter().take(12).map(row).collect();
+                print(&format!(
+                    "{variant}, {size} x {size}, on {}\n{}\n",
+                    gpu.name(),
+                    table(&headers, &rows)
+                ));
+            }
+            all.extend(rates.iter().map(|(tuning, rate)| {
+                json!({
+                    "variant": variant, "size": size, "group": tuning.group.to_array(), "rows": tuning.rows,
+                    "steps": tuning.steps, "buffers": tuning.buffers, "cells_per_s": rate,
                 })
-                .collect();
-            print(&format!("{size} x {size} on {}", gpu.name()));
-            print(&format!("{}\n", table(&["group", "rows", "G cells/s"], &rows)));
+            }));
         }
     }
     if args.json {
+        let adapter = gpu.adapter();
+        let clock = gpu.clock()?.name();
         print_json(
-            &json!({"device": gpu.name(), "driver": gpu.adapter().driver, "clock": gpu.clock()?.name(), "tunings": all}),
+            &json!({"device": adapter.name, "driver": adapter.driver, "clock": clock, "tunings": all}),
         )?;
     }
     Ok(())
+}
+
+/// One step a dispatch, nothing shared.
+fn one_step((tuning, rate): (Tuning, f64)) -> (FusedTuning, f64) {
+    (FusedTuning { group: tuning.group, rows: tuning.rows, steps: 1, buffers: 0 }, rate)
+}
+
+fn row((tuning, rate): &(FusedTuning, f64)) -> Vec<String> {
+    let group = format!("{}x{}", tuning.group.x, tuning.group.y);
+    let [rows, steps, buffers] = [tuning.rows, tuning.steps, tuning.buffers].map(|n| n.to_string());
+    vec![group, rows, steps, buffers, short(1e-9 * rate)]
 }

@@ -4,14 +4,14 @@
 
 use super::{
     hard::water::{from_twin, ROUNDING},
-    runs::{self, Basin, Effort, Scheme, Timing},
+    runs::{self, Basin, Effort, Scheme, Timing, Tunings},
     shapes::{Bench, BenchResult, Skipped},
     Error, OnProgress, Progress, Result,
 };
 use crate::{
     gpu::{Access, Buffer, Gpu, Kernel, KernelInfo, Residence},
     shaders,
-    water::{starts, Model, Tuning},
+    water::{starts, FusedTuning, Model, Tuning},
 };
 use glam::{uvec2, UVec2};
 
@@ -30,7 +30,21 @@ const LARGEST_ON_CPU: u32 = 2048;
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
     [("system", "copy/kernel"), ("system", "copy/command"), ("system", "empty")];
-const WATER: [&str; 5] = ["book", "waves/w0", "waves/w0.25", "waves/w1", "waves/w0.25/land"];
+const WATER: [&str; 13] = [
+    "book",
+    "waves/w0",
+    "waves/w0.25",
+    "waves/w1",
+    "waves/w0.25/land",
+    "waves/fused/w0.25",
+    "waves/fused/w1",
+    "waves/fused/w0.25/land",
+    "pipes/w0",
+    "pipes/w0.25",
+    "pipes/fused/w0",
+    "pipes/fused/w0.25",
+    "pipes/fused/w0.25/land",
+];
 
 /// Every row there is: sim and variant.
 pub fn rows() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -80,9 +94,10 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         let scheme = Scheme::named(variant);
         for &size in &sizes {
             now(&format!("water/{variant}, {size} x {size}"));
-            match water(gpu, variant, size, None, effort) {
+            let tunings = Tunings::for_grid(gpu, UVec2::splat(size));
+            match water(gpu, variant, size, tunings, effort) {
                 Ok(timing) => {
-                    let bytes = if scheme.is_book { 40.0 } else { 16.0 }; // read once, written once
+                    let bytes = scheme.bytes_a_column() / f64::from(tunings.steps(scheme));
                     let items = f64::from(size).powi(2);
                     let what = Row { sim: "water", variant, size: square(size), unit: "cell" };
                     results.push(what.timed(timing, items, bytes, copy_bytes_per_s));
@@ -165,10 +180,9 @@ impl Row<'_> {
 
 /// Time of a step, once the variant, cut up as it will be, is seen to be its twin on a grid that nothing divides. Noise,
 /// undamped: zeros would cost a GPU less power, and waves that die become denormal numbers, which cost a CPU more time.
-fn water(gpu: &Gpu, variant: &str, size: u32, tuning: Option<Tuning>, effort: Effort) -> Result<Timing> {
+fn water(gpu: &Gpu, variant: &str, size: u32, tunings: Tunings, effort: Effort) -> Result<Timing> {
     let scheme = Scheme::named(variant);
-    let tuning = tuning.unwrap_or_else(|| Tuning::for_grid(gpu, UVec2::splat(size)));
-    let apart = from_twin(gpu, scheme, tuning, uvec2(77, 45))?;
+    let apart = from_twin(gpu, scheme, tunings, uvec2(77, 45))?;
     if apart > ROUNDING {
         return Err(Error::Wrong { variant: variant.into(), apart, allowed: ROUNDING });
     }
@@ -176,7 +190,7 @@ fn water(gpu: &Gpu, variant: &str, size: u32, tuning: Option<Tuning>, effort: Ef
     model.check().map_err(crate::water::Error::from)?;
     let model = Model { damping_per_s: 0.0, ..model };
     let start = if scheme.has_land { starts::islands(model) } else { starts::noise(model) };
-    Basin::tuned(gpu, scheme, &start, tuning)?.time(effort)
+    Basin::tuned(gpu, scheme, &start, tunings)?.time(effort)
 }
 
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -278,8 +292,66 @@ pub fn sweep_tuning(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Ve
         let Tuning { group, rows: walked } = tuning;
         let now = format!("{}x{}, {walked} rows", group.x, group.y);
         progress(Progress { done, of: GROUPS.len() * rows.len(), now: &now });
-        match water(gpu, "waves/w0.25", size, Some(tuning), effort) {
+        let tunings = Tunings { waves: tuning, ..Tunings::for_grid(gpu, UVec2::splat(size)) };
+        match water(gpu, "waves/w0.25", size, tunings, effort) {
             Ok(timing) => rates.push((tuning, f64::from(size).powi(2) / (1e-3 * timing.median_ms))),
+            Err(Error::Gpu(crate::gpu::Error::Interface { .. })) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    rates.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Ok(rates)
+}
+
+/// Workgroup and rows: tiles of 64 x 32 to 256 x 64.
+const TILES: [(UVec2, u32); 20] = [
+    (uvec2(16, 4), 8),
+    (uvec2(16, 4), 16),
+    (uvec2(16, 8), 4),
+    (uvec2(16, 8), 8),
+    (uvec2(16, 16), 4),
+    (uvec2(32, 1), 24),
+    (uvec2(32, 1), 31),
+    (uvec2(32, 2), 16),
+    (uvec2(32, 4), 8),
+    (uvec2(32, 4), 12),
+    (uvec2(32, 4), 16),
+    (uvec2(32, 8), 4),
+    (uvec2(32, 8), 6),
+    (uvec2(32, 8), 8),
+    (uvec2(32, 16), 2),
+    (uvec2(32, 16), 3),
+    (uvec2(32, 16), 4),
+    (uvec2(64, 1), 24),
+    (uvec2(64, 4), 8),
+    (uvec2(64, 8), 4),
+];
+
+/// Cells times steps per second of `waves/fused/..` or `pipes/fused/..` with every tuning, as [`sweep_tuning`].
+///
+/// # Errors
+/// The device's.
+pub fn sweep_fused(
+    gpu: &Gpu,
+    variant: &str,
+    size: u32,
+    progress: OnProgress<'_>,
+) -> Result<Vec<(FusedTuning, f64)>> {
+    let effort = Effort { run_ms: 10.0, fewest_runs: 9, budget_s: 0.5 };
+    let steps = [2, 4, 6, 8, 12];
+    let mut rates = Vec::new();
+    let tunings: Vec<_> = TILES
+        .iter()
+        .flat_map(|&(group, rows)| steps.map(|steps| (group, rows, steps)))
+        .flat_map(|(group, rows, steps)| [1, 2].map(|buffers| FusedTuning { group, rows, steps, buffers }))
+        .collect();
+    for (done, &fused) in tunings.iter().enumerate() {
+        let tile = fused.tile();
+        let now = format!("{} x {}, {} rows, {} steps", tile.x, tile.y, fused.rows, fused.steps);
+        progress(Progress { done, of: tunings.len(), now: &now });
+        let tunings = Tunings { fused, pipes: fused, ..Tunings::for_grid(gpu, UVec2::splat(size)) };
+        match water(gpu, variant, size, tunings, effort) {
+            Ok(timing) => rates.push((fused, f64::from(size).powi(2) / (1e-3 * timing.median_ms))),
             Err(Error::Gpu(crate::gpu::Error::Interface { .. })) => {}
             Err(error) => return Err(error),
         }

@@ -5,14 +5,16 @@ use super::Result;
 use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
-        cpu, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Model, Params,
-        Tuning, Walls, Waves, WavesState, LAND_M,
+        cpu, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Fused,
+        FusedState, FusedTuning, Model, Params, Pipes, PipesState, PipesTuning, Tuning, Walls, Waves,
+        WavesState, LAND_M,
     },
 };
 use glam::UVec2;
 use std::time::Instant;
 
-/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land.
+/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land and
+/// `/fused` if it takes several steps a dispatch, or `pipes` with the same options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// The kernel is `water.book`, else `water.waves`.
@@ -21,6 +23,10 @@ pub struct Scheme {
     pub diagonal: f64,
     /// The kernel is built to look for land.
     pub has_land: bool,
+    /// The kernel is `water.fused` or `water.pipes_fused`.
+    pub is_fused: bool,
+    /// The kernel is `water.pipes` or `water.pipes_fused`.
+    pub is_pipes: bool,
 }
 
 impl Scheme {
@@ -29,11 +35,22 @@ impl Scheme {
     /// # Panics
     /// If it names none: variants are written in tables of this crate.
     pub fn named(variant: &str) -> Self {
-        let is_book = variant.split('/').next() == Some("book");
+        let kernel = variant.split('/').next().unwrap_or_default();
+        let (is_book, is_pipes) = (kernel == "book", kernel == "pipes");
         let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
         let diagonal =
             weight.or(is_book.then_some(1.0)).unwrap_or_else(|| panic!("`{variant}` names no scheme"));
-        Self { is_book, diagonal, has_land: variant.split('/').any(|option| option == "land") }
+        let has = |wanted: &str| variant.split('/').any(|option| option == wanted);
+        Self { is_book, diagonal, has_land: has("land"), is_fused: has("fused"), is_pipes }
+    }
+
+    /// Read once and written once by a dispatch, for each column.
+    pub fn bytes_a_column(self) -> f64 {
+        match (self.is_book, self.is_pipes, self.diagonal > 0.0) {
+            (false, false, _) => 16.0,
+            (false, true, false) => 24.0,
+            _ => 40.0,
+        }
     }
 
     /// `model` with the stencil and the walls of the scheme.
@@ -57,18 +74,62 @@ pub fn book_constants(cells: UVec2) -> Model {
     }
 }
 
+/// How each kernel cuts up the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tunings {
+    /// Of `water.waves` and `water.pipes`.
+    pub waves: Tuning,
+    /// Of `water.fused`.
+    pub fused: FusedTuning,
+    /// Of `water.pipes_fused`.
+    pub pipes: FusedTuning,
+}
+
+impl Tunings {
+    /// What the device likes.
+    pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
+        Self {
+            waves: Tuning::for_grid(gpu, cells),
+            fused: FusedTuning::for_grid(gpu, cells),
+            pipes: FusedTuning::for_pipes(gpu, cells),
+        }
+    }
+
+    /// Steps that a dispatch takes.
+    pub fn steps(&self, scheme: Scheme) -> u32 {
+        match (scheme.is_fused, scheme.is_pipes) {
+            (false, _) => 1,
+            (true, false) => self.fused.steps,
+            (true, true) => self.pipes.steps,
+        }
+    }
+}
+
 enum State {
     Book(BookState),
     Waves(WavesState),
+    Fused(FusedState),
+    Pipes(PipesState),
 }
 
 impl State {
-    fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
+    fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
+        let barrier = |rec: &mut Recorder<'_>| rec.barrier(Waves::EXIT, Waves::ENTRY);
+        let each = |rec: &mut Recorder<'_>, step: &mut dyn FnMut(&mut Recorder<'_>)| {
+            for i in 0..steps {
+                if i > 0 {
+                    barrier(rec);
+                }
+                step(rec);
+            }
+        };
         match self {
-            Self::Book(state) => state.record(rec, params),
-            Self::Waves(state) => state.record(rec, params),
+            Self::Book(state) => each(rec, &mut |rec| state.record(rec, params)),
+            Self::Waves(state) => each(rec, &mut |rec| state.record(rec, params)),
+            Self::Fused(state) => state.record(rec, params, steps),
+            Self::Pipes(state) => state.record(rec, params, steps),
         }
-        rec.barrier(Waves::EXIT, Waves::ENTRY);
+        barrier(rec);
     }
 }
 
@@ -78,6 +139,7 @@ pub struct Basin {
     submitter: Submitter,
     model: Model,
     state: State,
+    steps_a_dispatch: u32,
 }
 
 /// Steps in a submission, so that no driver thinks it hangs.
@@ -89,32 +151,49 @@ impl Basin {
     /// # Errors
     /// Bad input, or the device's.
     pub fn new(gpu: &Gpu, scheme: Scheme, start: &Start) -> Result<Self> {
-        Self::tuned(gpu, scheme, start, Tuning::for_grid(gpu, start.model.cells))
+        Self::tuned(gpu, scheme, start, Tunings::for_grid(gpu, start.model.cells))
     }
 
     /// A basin at rest, cut up by hand.
     ///
     /// # Errors
     /// Bad input, or the device's.
-    pub fn tuned(gpu: &Gpu, scheme: Scheme, start: &Start, tuning: Tuning) -> Result<Self> {
+    pub fn tuned(gpu: &Gpu, scheme: Scheme, start: &Start, tunings: Tunings) -> Result<Self> {
         let cells = start.model.cells;
         let state = if scheme.is_book {
             let state = Book::new(gpu)?.state(cells)?;
             state.upload(gpu, &start.height_m)?;
             State::Book(state)
+        } else if scheme.is_pipes {
+            let tuning = match scheme.is_fused {
+                true => PipesTuning::Fused(tunings.pipes),
+                false => PipesTuning::OneStep(tunings.waves),
+            };
+            let kernel = Pipes::new(gpu, tuning, scheme.diagonal > 0.0, scheme.has_land)?;
+            let state = kernel.state(cells)?;
+            state.upload(gpu, &start.height_m)?;
+            State::Pipes(state)
+        } else if scheme.is_fused {
+            let kernel = Fused::new(gpu, tunings.fused, start.model.walls, scheme.has_land)?;
+            let state = kernel.state(cells)?;
+            state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
+            State::Fused(state)
         } else {
-            let state = Waves::new(gpu, tuning, scheme.has_land)?.state(cells)?;
+            let state = Waves::new(gpu, tunings.waves, scheme.has_land)?.state(cells)?;
             state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
             State::Waves(state)
         };
         let submitter = Submitter::new(gpu, 0)?;
-        Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state })
+        let steps_a_dispatch = tunings.steps(scheme);
+        Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state, steps_a_dispatch })
     }
 
     fn params(&self) -> Params {
         match &self.state {
             State::Book(state) => self.model.params(state.pitch()),
             State::Waves(state) => self.model.params(state.pitch()),
+            State::Fused(state) => self.model.params(state.pitch()),
+            State::Pipes(state) => self.model.params(state.pitch()),
         }
     }
 
@@ -124,7 +203,7 @@ impl Basin {
     /// The device's.
     pub fn first_step(&mut self) -> Result<()> {
         let params = self.params().first_from_rest();
-        self.submitter.run(|rec| self.state.record(rec, &params))?;
+        self.submitter.run(|rec| self.state.record(rec, &params, 1))?;
         Ok(())
     }
 
@@ -137,7 +216,7 @@ impl Basin {
         let mut left = count;
         while left > 0 {
             let batch = left.min(BATCH);
-            self.submitter.run(|rec| (0..batch).for_each(|_| self.state.record(rec, &params)))?;
+            self.submitter.run(|rec| self.state.record(rec, &params, batch))?;
             left -= batch;
         }
         Ok(())
@@ -158,7 +237,9 @@ impl Basin {
     pub fn surface(&self) -> Result<(Vec<f32>, Vec<f32>)> {
         let state = match &self.state {
             State::Waves(state) => return Ok(state.download(&self.gpu)?),
+            State::Fused(state) => return Ok(state.download(&self.gpu)?),
             State::Book(state) => state.download(&self.gpu)?,
+            State::Pipes(state) => state.download(&self.gpu)?,
         };
         let (w, h) = (self.model.cells.x as usize, self.model.cells.y as usize);
         let flow = |x: usize, y: usize, dx: isize, dy: isize, k: usize| {
@@ -183,7 +264,9 @@ impl Basin {
     pub fn upload(&mut self, height_m: &[f32]) -> Result<()> {
         match &self.state {
             State::Book(state) => state.upload(&self.gpu, height_m)?,
+            State::Pipes(state) => state.upload(&self.gpu, height_m)?,
             State::Waves(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
+            State::Fused(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
         }
         Ok(())
     }
@@ -193,9 +276,11 @@ impl Basin {
     /// # Errors
     /// The device's.
     pub fn disturb(&mut self, items: &[Disturbance]) -> Result<Counts> {
-        let (surfaces, surface, velocity) = match &self.state {
-            State::Book(state) => (state.surfaces(), state.surface(), None),
-            State::Waves(state) => (state.surfaces(), state.surface(), Some(state.velocity())),
+        let (surfaces, surface, velocities) = match &self.state {
+            State::Book(state) => (state.surfaces(), state.surface(), [None; 2]),
+            State::Pipes(state) => (state.surfaces(), state.surface(), [None; 2]),
+            State::Waves(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
+            State::Fused(state) => (state.surfaces(), state.surface(), state.velocities()),
         };
         let params = DisturbParams {
             cells: self.model.cells,
@@ -203,9 +288,9 @@ impl Basin {
             stride: surface.stride,
             cell_m: self.model.cell_m as f32,
             limit_m: 10.0,
-            has_velocity: u32::from(velocity.is_some()),
+            has_velocity: u32::from(velocities[0].is_some()),
         };
-        let list = Disturb::new(&self.gpu)?.list(surfaces, velocity, items.len() as u32)?;
+        let list = Disturb::new(&self.gpu)?.list_of(surfaces, velocities, items.len() as u32)?;
         let (staging, _) = list.staging(items)?;
         self.submitter.run(|rec| {
             rec.copy(&staging, list.list());
@@ -222,8 +307,11 @@ impl Basin {
     /// The device's.
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
         let params = self.params();
-        let (gpu, state) = (&self.gpu, &mut self.state);
-        time(gpu, effort, |rec| state.record(rec, &params))
+        let (gpu, state, steps) = (&self.gpu, &mut self.state, self.steps_a_dispatch);
+        let block = time(gpu, effort, |rec| state.record(rec, &params, steps))?;
+        let each = |ms: f64| ms / f64::from(steps);
+        let (median_ms, min_ms, p95_ms) = (each(block.median_ms), each(block.min_ms), each(block.p95_ms));
+        Ok(Timing { median_ms, min_ms, p95_ms, ..block })
     }
 }
 
@@ -231,6 +319,10 @@ impl Basin {
 pub fn twin(scheme: Scheme, start: &Start, steps: u32) -> Vec<f64> {
     if scheme.is_book {
         let mut twin = cpu::Book::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    } else if scheme.is_pipes {
+        let mut twin = cpu_pipes::Pipes::<f64>::at_rest(&start.model, &start.height_m);
         (0..steps).for_each(|_| twin.step());
         twin.height_m
     } else {

@@ -42,22 +42,22 @@ impl Real for f64 {
 
 /// [`super::Params`] in the twin's precision: rounded as the GPU has them in `f32`, exact in `f64`.
 #[derive(Clone, Copy, Debug)]
-struct Numbers<T> {
-    width: usize,
-    height: usize,
-    dt: T,
-    pull: T,
-    keep: T,
-    diagonal: T,
-    folded: bool,
+pub(super) struct Numbers<T> {
+    pub width: usize,
+    pub height: usize,
+    pub dt: T,
+    pub pull: T,
+    pub keep: T,
+    pub diagonal: T,
+    pub folded: bool,
     /// Land is in the basin: the kernel is built to look for it.
-    has_land: bool,
+    pub has_land: bool,
     /// `fma` is rounded once. GLSL leaves it to the driver.
-    is_fused: bool,
+    pub is_fused: bool,
 }
 
 impl<T: Real> Numbers<T> {
-    fn new(model: &Model) -> Self {
+    pub fn new(model: &Model) -> Self {
         let w = model.diagonal;
         Self {
             width: model.cells.x as usize,
@@ -73,7 +73,7 @@ impl<T: Real> Numbers<T> {
     }
 
     /// `a * b + c`, as the driver does it.
-    fn fma(&self, a: T, b: T, c: T) -> T {
+    pub fn fma(&self, a: T, b: T, c: T) -> T {
         if self.is_fused {
             a.fused(b, c)
         } else {
@@ -82,7 +82,7 @@ impl<T: Real> Numbers<T> {
     }
 
     /// See [`super::Params::first_from_rest`].
-    fn first_from_rest(self) -> Self {
+    pub fn first_from_rest(self) -> Self {
         Self { pull: T::of(0.5) * self.pull, ..self }
     }
 }
@@ -187,7 +187,15 @@ pub fn laplacians(model: &Model, height_m: &[f64]) -> Vec<f64> {
 }
 
 /// The column beside `(x, y)`, land beyond the grid.
-fn neighbour<T: Real>(p: &Numbers<T>, old: &[T], land: T, x: usize, y: usize, dx: isize, dy: isize) -> T {
+pub(super) fn neighbour<T: Real>(
+    p: &Numbers<T>,
+    old: &[T],
+    land: T,
+    x: usize,
+    y: usize,
+    dx: isize,
+    dy: isize,
+) -> T {
     match (x.checked_add_signed(dx), y.checked_add_signed(dy)) {
         (Some(x), Some(y)) if x < p.width && y < p.height => old[y * p.width + x],
         _ => land,

@@ -23,11 +23,22 @@ pub struct FusedTuning {
 }
 
 impl FusedTuning {
-    /// The fastest of `whitecap bench --tune` (docs/results).
-    pub fn for_grid(gpu: &Gpu, _cells: UVec2) -> Self {
+    /// The fastest of `whitecap bench --tune` (docs/results). A small grid is in the cache: there it is dispatches that
+    /// cost, and more steps of each pay although more of a tile is computed twice.
+    pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
+        let is_small = cells.as_u64vec2().element_product() <= 1 << 21;
+        match (gpu.adapter().is_software(), is_small) {
+            (true, _) => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
+            (false, true) => Self { group: UVec2::new(32, 8), rows: 8, steps: 12, buffers: 1 },
+            (false, false) => Self { group: UVec2::new(16, 8), rows: 8, steps: 8, buffers: 1 },
+        }
+    }
+
+    /// The same for `water.pipes_fused`, which has three times the numbers in registers.
+    pub fn for_pipes(gpu: &Gpu, _cells: UVec2) -> Self {
         match gpu.adapter().is_software() {
-            true => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
-            false => Self { group: UVec2::new(32, 8), rows: 8, steps: 6, buffers: 1 },
+            true => Self { group: UVec2::new(32, 4), rows: 8, steps: 4, buffers: 1 },
+            false => Self { group: UVec2::new(32, 8), rows: 8, steps: 8, buffers: 1 },
         }
     }
 
@@ -48,17 +59,31 @@ impl FusedTuning {
         self.group.element_product() * self.buffers * (8 * self.rows + 32)
     }
 
-    fn check(&self, gpu: &Gpu) -> Result<(), String> {
+    /// Invocations that step `cells`.
+    pub(super) fn threads(&self, cells: UVec2) -> UVec2 {
+        let inner = self.inner().unwrap_or(UVec2::ONE); // `check` has refused tiles without an inside
+        UVec2::new(cells.x.div_ceil(inner.x), cells.y.div_ceil(inner.y)) * self.group
+    }
+
+    /// The first specialization constants of every kernel with such tiles.
+    pub(super) fn constants(&self) -> [u32; 6] {
+        [self.group.x, self.group.y, self.group.element_product(), self.rows, self.steps, self.buffers]
+    }
+
+    pub(super) fn check(&self, gpu: &Gpu, kernel: &str) -> Result<()> {
+        let refused = |what| Err(gpu::Error::Interface { kernel: kernel.into(), what });
         let allowed = gpu.limits().max_compute_shared_memory_size;
         match () {
-            () if !(1..=31).contains(&self.rows) => Err(format!("{} rows: allowed are 1 to 31", self.rows)),
-            () if !(1..=2).contains(&self.buffers) => Err(format!("{} buffers: 1 or 2", self.buffers)),
+            () if !(1..=31).contains(&self.rows) => {
+                refused(format!("{} rows: allowed are 1 to 31", self.rows))
+            }
+            () if !(1..=2).contains(&self.buffers) => refused(format!("{} buffers: 1 or 2", self.buffers)),
             () if self.steps == 0 || self.inner().is_none() => {
-                Err(format!("{} steps leave nothing of a tile of {}", self.steps, self.tile()))
+                refused(format!("{} steps leave nothing of a tile of {}", self.steps, self.tile()))
             }
             () if self.shared_bytes() > allowed => {
                 let needed = self.shared_bytes();
-                Err(format!("{needed} bytes of shared memory, and {} allows {allowed}", gpu.name()))
+                refused(format!("{needed} bytes of shared memory, and {} allows {allowed}", gpu.name()))
             }
             () => Ok(()),
         }
@@ -95,23 +120,14 @@ impl Fused {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: FusedTuning, walls: Walls, has_land: bool) -> Result<Self> {
-        let name = c"water.fused";
-        let kernel = name.to_string_lossy().into_owned();
-        tuning.check(gpu).map_err(|what| gpu::Error::Interface { kernel, what })?;
+        tuning.check(gpu, "water.fused")?;
+        let [x, y, lanes, rows, steps, buffers] = tuning.constants();
+        let (land, drops) = (u32::from(has_land), u32::from(walls == Walls::Dropped && !has_land));
         let info = KernelInfo {
-            name,
+            name: c"water.fused",
             spv: shaders::WATER_FUSED_COMP,
             blocks: &["Height", "Velocity", "NewHeight", "NewVelocity"],
-            constants: &[
-                tuning.group.x,
-                tuning.group.y,
-                tuning.group.element_product(),
-                tuning.rows,
-                tuning.steps,
-                tuning.buffers,
-                u32::from(has_land),
-                u32::from(walls == Walls::Dropped && !has_land),
-            ],
+            constants: &[x, y, lanes, rows, steps, buffers, land, drops],
         };
         Ok(Self { step: Kernel::new::<FusedParams>(gpu, &info)?, tuning, walls, has_land, gpu: gpu.clone() })
     }
@@ -167,10 +183,7 @@ impl FusedState {
             (self.cells, self.pitch, self.walls == Walls::Folded),
             "grid and walls of the parameters and of the state"
         );
-        // `Fused::new` has refused tunings without an inside.
-        let inner = self.tuning.inner().unwrap_or(UVec2::ONE);
-        let tiles = UVec2::new(self.cells.x.div_ceil(inner.x), self.cells.y.div_ceil(inner.y));
-        let threads = tiles * self.tuning.group;
+        let threads = self.tuning.threads(self.cells);
         let mut left = steps;
         while left > 0 {
             let taken = left.min(self.tuning.steps);

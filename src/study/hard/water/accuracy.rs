@@ -5,13 +5,13 @@ use crate::{
     gpu::Gpu,
     study::{
         hard::{Context, Outcome},
-        runs::{apart, book_constants, twin, Basin, Scheme},
+        runs::{apart, book_constants, twin, Basin, Scheme, Tunings},
         Result,
     },
     water::{
         cpu, oracle,
         starts::{self, Start},
-        Model, Tuning, Walls,
+        Model, Walls,
     },
 };
 use glam::{uvec2, UVec2};
@@ -169,11 +169,11 @@ const GRIDS: [UVec2; 8] = [
 ];
 
 /// How far a grid is from its f64 twin, of the highest column: at most [`ROUNDING`].
-pub fn from_twin(gpu: &Gpu, scheme: Scheme, tuning: Tuning, cells: UVec2) -> Result<f64> {
+pub fn from_twin(gpu: &Gpu, scheme: Scheme, tunings: Tunings, cells: UVec2) -> Result<f64> {
     let model = scheme.model(starts::model(cells, scheme.diagonal));
     let model = model.with_courant(0.9 * model.courant_limit());
     let start = if scheme.has_land { starts::islands(model) } else { starts::hump(model) };
-    let mut basin = Basin::tuned(gpu, scheme, &start, tuning)?;
+    let mut basin = Basin::tuned(gpu, scheme, &start, tunings)?;
     basin.steps(STEPS)?;
     Ok(apart(&basin.heights()?, &twin(scheme, &start, STEPS)))
 }
@@ -182,7 +182,7 @@ pub fn odd_grids(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let scheme = Scheme::named(variant);
     let (mut worst, mut at) = (0.0, UVec2::ZERO);
     for cells in GRIDS {
-        let apart = from_twin(context.gpu, scheme, Tuning::for_grid(context.gpu, cells), cells)?;
+        let apart = from_twin(context.gpu, scheme, Tunings::for_grid(context.gpu, cells), cells)?;
         if apart > worst {
             (worst, at) = (apart, cells);
         }
