@@ -26,7 +26,7 @@ impl FusedTuning {
     /// The fastest of `whitecap bench --tune` (docs/results).
     pub fn for_grid(gpu: &Gpu, _cells: UVec2) -> Self {
         match gpu.adapter().kind {
-            "CPU" => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
+            "CPU" => Self { group: UVec2::new(16, 8), rows: 8, steps: 8, buffers: 1 },
             _ => Self { group: UVec2::new(32, 8), rows: 8, steps: 6, buffers: 1 },
         }
     }
@@ -34,7 +34,7 @@ impl FusedTuning {
     /// The same for `water.pipes_fused`, which has three times the numbers in registers.
     pub fn for_pipes(gpu: &Gpu, _cells: UVec2) -> Self {
         match gpu.adapter().kind {
-            "CPU" => Self { group: UVec2::new(32, 4), rows: 8, steps: 4, buffers: 1 },
+            "CPU" => Self { group: UVec2::new(16, 8), rows: 8, steps: 8, buffers: 1 },
             _ => Self { group: UVec2::new(32, 16), rows: 3, steps: 4, buffers: 1 },
         }
     }
