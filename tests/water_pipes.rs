@@ -67,6 +67,16 @@ fn twin<T: cpu::Real>(start: &Start, steps: u32) -> cpu_pipes::Pipes<T> {
     twin
 }
 
+/// The twin that rounds as the device does: GLSL leaves it to the driver whether `fma` is rounded once, and one step shows.
+fn same(gpu: &TestGpu, start: &Start, steps: u32) -> cpu_pipes::Pipes<f32> {
+    let probe = starts::noise(starts::model(uvec2(17, 33), 0.25));
+    let rounds_twice = heights(&run(gpu, ONE_STEP, &probe, 1)) == twin::<f32>(&probe, 1).height_m;
+    let twin = cpu_pipes::Pipes::at_rest(&start.model, &start.height_m);
+    let mut twin = if rounds_twice { twin } else { twin.fused() };
+    (0..steps).for_each(|_| twin.step());
+    twin
+}
+
 fn starts_of(cells: UVec2) -> impl Iterator<Item = Start> {
     WEIGHTS.into_iter().flat_map(move |(diagonal, walls)| {
         let model = Model { walls, ..starts::model(cells, diagonal) };
@@ -93,7 +103,7 @@ fn pipes_do_what_the_twin_does_on_grids_of_every_shape() {
     let gpu = gpu();
     for start in GRIDS.into_iter().flat_map(starts_of) {
         let got = run(&gpu, ONE_STEP, &start, 40);
-        let (exact, same) = (twin::<f64>(&start, 40), twin::<f32>(&start, 40));
+        let (exact, same) = (twin::<f64>(&start, 40), same(&gpu, &start, 40));
         let land = f64::from(LAND_M);
         let wet: Vec<f64> = exact.height_m.iter().map(|&h| if h == land { 0.0 } else { h }).collect();
         let d = distance(&heights(&got), &wet);
@@ -108,7 +118,7 @@ fn pipes_do_what_the_twin_does_on_grids_of_every_shape() {
             let bits = |h: f32, flow: [f32; 4]| (h.to_bits(), flow.map(f32::to_bits));
             let same = same.height_m.iter().zip(&same.flow_mps).map(|(&h, &flow)| bits(h, flow));
             let differ = got.iter().zip(same).position(|(c, same)| bits(c.height_m, c.flow_mps) != same);
-            let differs = differ.map(|i| (i, got[i], twin::<f32>(&start, 40).flow_mps[i]));
+            let differs = differ.map(|i| (i, got[i]));
             assert_eq!(differs, None, "{}: not the f32 twin", name(&start));
         }
     }

@@ -23,23 +23,20 @@ pub struct FusedTuning {
 }
 
 impl FusedTuning {
-    /// The fastest of `whitecap bench --tune` (docs/results). A small grid is in the cache: there it is dispatches that
-    /// cost, and more steps of each pay although more of a tile is computed twice.
+    /// The fastest of `whitecap bench --tune` (docs/results). A small grid is in the GPU's cache: there it is dispatches
+    /// that cost, and more steps of each pay although more of a tile is computed twice.
     pub fn for_grid(gpu: &Gpu, cells: UVec2) -> Self {
-        let is_small = cells.as_u64vec2().element_product() <= 1 << 21;
-        match (gpu.adapter().is_software(), is_small) {
-            (true, _) => Self { group: UVec2::new(32, 1), rows: 31, steps: 4, buffers: 1 },
-            (false, true) => Self { group: UVec2::new(32, 8), rows: 8, steps: 12, buffers: 1 },
-            (false, false) => Self { group: UVec2::new(16, 8), rows: 8, steps: 8, buffers: 1 },
+        let is_cached = cells.as_u64vec2().element_product() <= 1 << 21;
+        match is_cached && !gpu.adapter().is_software() {
+            true => Self { group: UVec2::new(32, 8), rows: 8, steps: 12, buffers: 1 },
+            false => Self { group: UVec2::new(16, 8), rows: 8, steps: 8, buffers: 1 },
         }
     }
 
-    /// The same for `water.pipes_fused`, which has three times the numbers in registers.
+    /// The same for `water.pipes_fused`.
     pub fn for_pipes(gpu: &Gpu, _cells: UVec2) -> Self {
-        match gpu.adapter().is_software() {
-            true => Self { group: UVec2::new(32, 4), rows: 8, steps: 4, buffers: 1 },
-            false => Self { group: UVec2::new(32, 8), rows: 8, steps: 8, buffers: 1 },
-        }
+        let wide = if gpu.adapter().is_software() { 16 } else { 32 };
+        Self { group: UVec2::new(wide, 8), rows: 8, steps: 8, buffers: 1 }
     }
 
     /// Columns and rows that a workgroup loads.
