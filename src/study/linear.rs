@@ -52,7 +52,11 @@ fn courants(variant: &str, limit: f64, quick: bool) -> Vec<f64> {
 /// # Errors
 /// The device's.
 pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<StudyResult> {
-    let sizes: &[u32] = if quick { &[64, 128] } else { &[64, 128, 256] };
+    let sizes: &[u32] = match (quick, gpu.adapter().is_software()) {
+        (true, _) => &[64, 128],
+        (false, true) => &[64, 128, 256],
+        (false, false) => &[64, 128, 256, 512, 1024],
+    };
     let mut result = StudyResult {
         sim: "water".into(),
         study: "linear".into(),
