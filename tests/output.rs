@@ -410,7 +410,7 @@ fn a_directory_that_cannot_be_written_is_named_in_the_error() {
 fn a_plot_drops_what_logarithms_cannot_show_and_says_so() {
     let points =
         vec![(1e-3, 2.0), (f64::NAN, 3.0), (1e-2, f64::INFINITY), (0.0, 1.0), (1e-1, -4.0), (1e-1, 8.0)];
-    let curve = Curve { name: "<a & b>".into(), points, pareto: vec![true] };
+    let curve = Curve { name: "<a & b>".into(), detail: String::new(), points, pareto: vec![true] };
     let svg = log_log("Error & cost", "error", "ms", &[curve]);
     assert!(svg.contains("4 points are not shown: not finite or not positive."));
     assert!(svg.contains("10⁻³") && svg.contains("10⁻¹"));
@@ -439,4 +439,24 @@ fn a_page_is_complete_in_itself() {
     assert!(html.contains("2.00×") && html.contains("none is this accurate"));
     let elsewhere = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!elsewhere.contains("http") && !elsewhere.contains("<script") && !elsewhere.contains("src="));
+}
+
+/// Draws the committed studies again with today's plots: `UPDATE_RESULTS=1 cargo test --test output results`.
+#[test]
+fn committed_results_have_todays_shapes() {
+    for dir in std::fs::read_dir("docs/results").unwrap().flatten().map(|entry| entry.path()) {
+        let read = |name: &str| std::fs::read_to_string(dir.join(name)).unwrap_or_default();
+        let study: Study = match read("study.json") {
+            text if text.is_empty() => continue,
+            text => serde_json::from_str(&text).unwrap(),
+        };
+        assert!(study.studies.iter().all(|study| study.points.len() > 10), "{}", dir.display());
+        let bench: Bench = serde_json::from_str(&read("bench.json")).unwrap();
+        assert!(bench.copy_bytes_per_s > 0.0 && bench.results.len() > 10);
+        let cases: HardCases = serde_json::from_str(&read("hardcases.json")).unwrap();
+        assert!(cases.cases.iter().all(|case| case.pass), "{}", dir.display());
+        if std::env::var_os("UPDATE_RESULTS").is_some() {
+            whitecap::study::write_report(&study, &dir, "2026-11-23").unwrap();
+        }
+    }
 }

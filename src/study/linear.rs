@@ -21,7 +21,7 @@ pub const NAME: &str = "water linear";
 /// What the error is.
 pub const METRIC: &str = "relative L2 of the heights at 2 L / c";
 
-const VARIANTS: [&str; 4] = ["book", "waves/w0", "waves/w0.25", "waves/w1"];
+const VARIANTS: [&str; 5] = ["book", "waves/w0", "waves/w0.25", "waves/w1", "waves/fused/w0.25"];
 /// The book's own step at 60 frames a second (columns a step).
 const BOOK_COURANT: f64 = 0.0707;
 /// Of the basin (m); with waves of 1 m/s, so that they cross it in 10 s. Cost per simulated second is in these units.

@@ -40,7 +40,8 @@ pub fn curves(result: &StudyResult) -> Vec<Curve> {
             result.points.iter().filter(|p| p.variant == variant && p.size == size).collect();
         points.sort_by(|a, b| b.step.total_cmp(&a.step));
         Curve {
-            name: if one_size { variant.to_owned() } else { format!("{variant}, {size}") },
+            name: variant.to_owned(),
+            detail: if one_size { String::new() } else { size.to_string() },
             points: points.iter().map(|p| (p.error.unwrap_or(f64::NAN), p.ms_per_sim_second)).collect(),
             pareto: points.iter().map(|p| p.pareto).collect(),
         }

@@ -6,7 +6,9 @@ use std::fmt::Write;
 /// One curve of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// As the legend shows it.
+    /// What tells it from other curves of its name, shown beside its first point; may be empty.
+    pub detail: String,
+    /// As the legend shows it; curves of one name share colour, marker and line of the legend.
     pub name: String,
     /// (x, y), joined in this order.
     pub points: Vec<(f64, f64)>,
@@ -31,7 +33,7 @@ const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9
 const STYLE: &str =
     ".plot text{font:12.5px system-ui,-apple-system,'Segoe UI',Roboto,Helvetica,Arial,sans-serif;\
     fill:#222}.plot .title{font-size:16px;font-weight:600}.plot .label{font-size:13px;fill:#444}\
-    .plot .note{font-size:11.5px;fill:#666}.plot .major{stroke:#dcdcdc}.plot .minor{stroke:#f1f1f1}\
+    .plot .note{font-size:11.5px;fill:#666}.plot .detail{font-size:10px;fill:#555;text-anchor:end}.plot .major{stroke:#dcdcdc}.plot .minor{stroke:#f1f1f1}\
     .plot .frame{stroke:#777;fill:none}.plot .front{stroke:#c9c9c9;stroke-width:7;fill:none;\
     stroke-linejoin:round;stroke-linecap:round}.plot .curve{stroke-width:1.8;fill:none;stroke-linejoin:round}\
     .plot .marker{stroke:#fff;stroke-width:1}";
@@ -105,7 +107,13 @@ fn draw(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> Result<S
     let y = Axis::new(points().map(|p| p.1), (BOTTOM, TOP));
     let dropped = curves.iter().map(|c| c.points.len()).sum::<usize>() - points().count();
     let front = pareto_front(curves);
-    let height = (BOTTOM + 84.0).max(TOP + LINE * (curves.len() as f64 + 2.0));
+    let mut names: Vec<&str> = Vec::new();
+    for curve in curves {
+        if !names.contains(&curve.name.as_str()) {
+            names.push(&curve.name);
+        }
+    }
+    let height = (BOTTOM + 84.0).max(TOP + LINE * (names.len() as f64 + 2.0));
 
     let mut svg = String::new();
     let s = &mut svg;
@@ -139,23 +147,38 @@ fn draw(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> Result<S
         }
         writeln!(s, r#"<path class="front" d="{path}"/>"#)?;
     }
-    for (index, curve) in curves.iter().enumerate() {
+    let mut listed = 0;
+    for curve in curves {
+        let index = names.iter().position(|name| *name == curve.name).unwrap_or(0);
         let colour = COLOURS[index % COLOURS.len()];
         let visible: Vec<(f64, f64)> = curve.points.iter().filter(shown).copied().collect();
         let line: Vec<String> =
             visible.iter().map(|p| format!("{:.1},{:.1}", x.at(p.0), y.at(p.1))).collect();
         writeln!(s, r#"<g><polyline class="curve" stroke="{colour}" points="{}"/>"#, line.join(" "))?;
+        if let Some(first) = visible.first().filter(|_| !curve.detail.is_empty()) {
+            let (left, below) = (x.at(first.0) - 8.0, y.at(first.1) + 14.0);
+            writeln!(
+                s,
+                r#"<text class="detail" x="{left:.1}" y="{below:.1}">{}</text>"#,
+                escaped(&curve.detail)
+            )?;
+        }
         for p in visible {
-            let tip = format!("{}: {}, {}", curve.name, short(p.0), short(p.1));
+            let tip = format!("{} {}: {}, {}", curve.name, curve.detail, short(p.0), short(p.1));
             marker(s, index, colour, (x.at(p.0), y.at(p.1)), &tip)?;
         }
+        if index < listed {
+            writeln!(s, "</g>")?;
+            continue;
+        }
+        listed = index + 1;
         let line = TOP + 8.0 + LINE * index as f64;
         writeln!(s, r#"<path class="curve" stroke="{colour}" d="M{LEGEND} {line}h26"/>"#)?;
         marker(s, index, colour, (LEGEND + 13.0, line), &curve.name)?;
         writeln!(s, r#"<text x="{}" y="{}">{}</text></g>"#, LEGEND + 34.0, line + 4.5, escaped(&curve.name))?;
     }
     if !front.is_empty() {
-        let line = TOP + 8.0 + LINE * curves.len() as f64;
+        let line = TOP + 8.0 + LINE * names.len() as f64;
         writeln!(s, r#"<path class="front" d="M{} {line}h20"/>"#, LEGEND + 3.0)?;
         writeln!(s, r#"<text x="{}" y="{}">Pareto front</text>"#, LEGEND + 34.0, line + 4.5)?;
     }
