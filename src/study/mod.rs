@@ -2,6 +2,7 @@
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
 pub mod bench;
+pub mod depths;
 pub mod hard;
 pub mod linear;
 pub mod page;
