@@ -20,7 +20,7 @@ pub struct BenchArgs {
     /// Time for each row (s)
     #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
-    /// Instead, try every tuning of `waves` on grids of the sizes
+    /// Instead, try every tuning of the first NAME (`waves/w0.25`, `wet`, `shallow`) on grids of the sizes
     #[arg(long)]
     tune: bool,
     /// Print JSON
@@ -71,10 +71,11 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
 }
 
 fn tune(args: &BenchArgs, gpu: &whitecap::gpu::Gpu) -> Result<(), Failure> {
+    let variant = args.names.first().map_or("waves/w0.25", String::as_str);
     let mut all = Vec::new();
     for &size in args.sizes.as_deref().unwrap_or(&[1024]) {
-        let rates = progress("tunings", |on| bench::sweep_tuning(gpu, size, on))?;
-        let entry = |(tuning, rate): &(whitecap::water::Tuning, f64)| json!({"size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "cells_per_s": rate});
+        let rates = progress("tunings", |on| bench::sweep_tuning(gpu, variant, size, on))?;
+        let entry = |(tuning, rate): &(whitecap::water::Tuning, f64)| json!({"variant": variant, "size": size, "group": tuning.group.to_array(), "rows": tuning.rows, "cells_per_s": rate});
         all.extend(rates.iter().map(entry));
         if !args.json {
             let rows: Vec<_> = rates
