@@ -164,7 +164,7 @@ fn a_size_that_does_not_fit_is_skipped_with_the_reason() {
 #[test]
 fn the_linear_study_finds_the_known_errors_and_its_report_is_whole() {
     let gpu = gpu();
-    let study = whitecap::study::study(&gpu, &["water".into()], true, &mut |_| ()).unwrap();
+    let study = whitecap::study::study(&gpu, &["water linear".into()], true, &mut |_| ()).unwrap();
     let error = |variant: &str, courant: f64| {
         let close = |step: f64| (step * 12.8 - courant).abs() < 0.01;
         let found =
@@ -184,5 +184,5 @@ fn the_linear_study_finds_the_known_errors_and_its_report_is_whole() {
     names.sort();
     assert_eq!(names, ["index.html", "study.csv", "study.json", "water-linear.svg"]);
     let error = whitecap::study::study(&gpu, &["wine".into()], true, &mut |_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "no study `wine`; there are water linear");
+    assert_eq!(error.to_string(), "no study `wine`; there are water linear, water non-linear");
 }
