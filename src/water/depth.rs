@@ -82,7 +82,7 @@ impl Tier {
     /// four more.
     pub fn tuning(self, gpu: &Gpu, cells: UVec2) -> Tuning {
         let (group, rows, fewest) = match gpu.adapter().kind {
-            "CPU" => (UVec2::new(32, 1), 64, 1 << 6),
+            "CPU" => (UVec2::new(64, 1), 8, 1),
             _ => (UVec2::new(64, 2), 16, 1 << 16),
         };
         let fours = u64::from(cells.x.div_ceil(4));
