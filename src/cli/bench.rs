@@ -24,7 +24,7 @@ pub struct BenchArgs {
     /// Time for each row (s)
     #[arg(long, value_name = "SECONDS")]
     budget: Option<f64>,
-    /// Instead, try every tuning of `waves` and `pipes` on grids of the sizes
+    /// Instead, try every tuning of the kernels that have one, on grids of the sizes
     #[arg(long)]
     tune: bool,
     /// Print JSON
@@ -78,14 +78,14 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
 fn tune(args: &BenchArgs, gpu: &Gpu) -> Result<(), Failure> {
     let is_named =
         |variant: &&str| args.names.is_empty() || args.names.iter().any(|name| variant.starts_with(name));
-    let variants = ["waves/w0.25", "waves/fused/w0.25", "pipes/fused/w0.25"];
+    let variants = ["waves/w0.25", "waves/fused/w0.25", "pipes/fused/w0.25", "wet", "shallow"];
     let variants: Vec<_> = variants.into_iter().filter(is_named).collect();
     let mut all = Vec::new();
     for &size in args.sizes.as_deref().unwrap_or(&[1024]) {
         for variant in &variants {
             let rates = progress("tunings", |on| match *variant {
-                "waves/w0.25" => Ok(bench::sweep_tuning(gpu, size, on)?.into_iter().map(one_step).collect()),
-                fused => bench::sweep_fused(gpu, fused, size, on),
+                fused if fused.contains("/fused/") => bench::sweep_fused(gpu, fused, size, on),
+                plain => Ok(bench::sweep_tuning(gpu, plain, size, on)?.into_iter().map(one_step).collect()),
             })?;
             if !args.json {
                 let headers = ["group", "rows", "steps", "buffers", "G cell-steps/s"];

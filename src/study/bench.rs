@@ -3,6 +3,7 @@
 //! than its twin is not timed.
 
 use super::{
+    depths::{self, DepthBasin},
     hard::water::{from_twin, ROUNDING},
     runs::{self, Basin, Effort, Scheme, Timing, Tunings},
     shapes::{Bench, BenchResult, Skipped},
@@ -11,7 +12,7 @@ use super::{
 use crate::{
     gpu::{Access, Buffer, Gpu, Kernel, KernelInfo, Residence},
     shaders,
-    water::{starts, FusedTuning, Model, Tuning},
+    water::{starts, FusedTuning, Model, Tier, Tuning},
 };
 use glam::{uvec2, UVec2};
 
@@ -30,7 +31,7 @@ const LARGEST_ON_CPU: u32 = 2048;
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
     [("system", "copy/kernel"), ("system", "copy/command"), ("system", "empty")];
-const WATER: [&str; 13] = [
+const WATER: [&str; 15] = [
     "book",
     "waves/w0",
     "waves/w0.25",
@@ -44,6 +45,8 @@ const WATER: [&str; 13] = [
     "pipes/fused/w0",
     "pipes/fused/w0.25",
     "pipes/fused/w0.25/land",
+    "wet",
+    "shallow",
 ];
 
 /// Every row there is: sim and variant.
@@ -91,13 +94,12 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
 
     let mut skipped = Vec::new();
     for variant in variants {
-        let scheme = Scheme::named(variant);
         for &size in &sizes {
             now(&format!("water/{variant}, {size} x {size}"));
             let tunings = Tunings::for_grid(gpu, UVec2::splat(size));
             match water(gpu, variant, size, tunings, effort) {
                 Ok(timing) => {
-                    let bytes = scheme.bytes_a_column() / f64::from(tunings.steps(scheme));
+                    let bytes = bytes_per_cell(variant, tunings);
                     let items = f64::from(size).powi(2);
                     let what = Row { sim: "water", variant, size: square(size), unit: "cell" };
                     results.push(what.timed(timing, items, bytes, copy_bytes_per_s));
@@ -133,6 +135,19 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         results,
         skipped,
     })
+}
+
+/// What a cell needs at the least in a step (bytes): its state read once and written once, and its ground read. The two
+/// passes of `shallow` read 20 and 16, and write 8 and 4.
+fn bytes_per_cell(variant: &str, tunings: Tunings) -> f64 {
+    match depths::tier_of(variant) {
+        Some(Tier::Wet) => 28.0,
+        Some(Tier::Shallow) => 48.0,
+        None => {
+            let scheme = Scheme::named(variant);
+            scheme.bytes_a_column() / f64::from(tunings.steps(scheme))
+        }
+    }
 }
 
 fn square(size: u32) -> String {
@@ -181,6 +196,16 @@ impl Row<'_> {
 /// Time of a step, once the variant, cut up as it will be, is seen to be its twin on a grid that nothing divides. Noise,
 /// undamped: zeros would cost a GPU less power, and waves that die become denormal numbers, which cost a CPU more time.
 fn water(gpu: &Gpu, variant: &str, size: u32, tunings: Tunings, effort: Effort) -> Result<Timing> {
+    if let Some(tier) = depths::tier_of(variant) {
+        let cells = UVec2::splat(size);
+        let tuning = tunings.depth.unwrap_or_else(|| tier.tuning(gpu, cells));
+        let apart = depths::from_twin(gpu, tier, tuning, uvec2(77, 45))?;
+        if apart > depths::ROUNDING {
+            return Err(Error::Wrong { variant: variant.into(), apart, allowed: depths::ROUNDING });
+        }
+        let model = depths::bench_model(tier, cells);
+        return DepthBasin::tuned(gpu, tier, &model, &depths::landscape(cells), tuning)?.time(effort);
+    }
     let scheme = Scheme::named(variant);
     let apart = from_twin(gpu, scheme, tunings, uvec2(77, 45))?;
     if apart > ROUNDING {
@@ -278,12 +303,21 @@ const GROUPS: [UVec2; 13] = [
     uvec2(8, 8),
 ];
 
-/// Cells per second of `waves` with every tuning, on a grid of `size` by `size`, the fastest first. A tuning that the
+/// Cells per second of a variant with every tuning, on a grid of `size` by `size`, the fastest first. A tuning that the
 /// device does not take is left out.
 ///
 /// # Errors
-/// The device's.
-pub fn sweep_tuning(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Vec<(Tuning, f64)>> {
+/// [`Error::NoSuch`], or the device's.
+pub fn sweep_tuning(
+    gpu: &Gpu,
+    variant: &str,
+    size: u32,
+    progress: OnProgress<'_>,
+) -> Result<Vec<(Tuning, f64)>> {
+    if !WATER.contains(&variant) {
+        let have = WATER.map(String::from).to_vec();
+        return Err(Error::NoSuch { what: "variant to tune", wanted: variant.into(), have });
+    }
     let effort = Effort { run_ms: 10.0, fewest_runs: 9, budget_s: 0.5 };
     let rows = [1, 2, 4, 8, 16, 32];
     let mut rates = Vec::new();
@@ -292,8 +326,9 @@ pub fn sweep_tuning(gpu: &Gpu, size: u32, progress: OnProgress<'_>) -> Result<Ve
         let Tuning { group, rows: walked } = tuning;
         let now = format!("{}x{}, {walked} rows", group.x, group.y);
         progress(Progress { done, of: GROUPS.len() * rows.len(), now: &now });
-        let tunings = Tunings { waves: tuning, ..Tunings::for_grid(gpu, UVec2::splat(size)) };
-        match water(gpu, "waves/w0.25", size, tunings, effort) {
+        let tunings =
+            Tunings { waves: tuning, depth: Some(tuning), ..Tunings::for_grid(gpu, UVec2::splat(size)) };
+        match water(gpu, variant, size, tunings, effort) {
             Ok(timing) => rates.push((tuning, f64::from(size).powi(2) / (1e-3 * timing.median_ms))),
             Err(Error::Gpu(crate::gpu::Error::Interface { .. })) => {}
             Err(error) => return Err(error),

@@ -2,8 +2,10 @@
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
 pub mod bench;
+pub mod depths;
 pub mod hard;
 pub mod linear;
+pub mod nonlinear;
 pub mod page;
 pub mod plot;
 pub mod runs;
@@ -73,18 +75,26 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>);
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME];
+    let have = [linear::NAME, nonlinear::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
             return Err(Error::NoSuch { what: "study", wanted: name.clone(), have });
         }
     }
+    let is_wanted = |name: &str| names.is_empty() || names.iter().any(|part| name.contains(part.as_str()));
+    let mut studies = Vec::new();
+    if is_wanted(linear::NAME) {
+        studies.push(linear::study(gpu, quick, progress)?);
+    }
+    if is_wanted(nonlinear::NAME) {
+        studies.extend(nonlinear::study(gpu, quick, progress)?);
+    }
     Ok(Study {
         device: gpu.name().into(),
         driver: gpu.adapter().driver.clone(),
         clock: gpu.clock()?.name().into(),
-        studies: vec![linear::study(gpu, quick, progress)?],
+        studies,
     })
 }
 
@@ -103,8 +113,9 @@ pub fn write_report(study: &Study, dir: &Path, date: &str) -> Result<()> {
     let mut plots = Vec::new();
     for result in &study.studies {
         let title = format!("{}: {}, on {}", result.sim, result.study, study.device);
-        let plot = plot::log_log(&title, linear::METRIC, "ms per simulated second", &page::curves(result));
-        write(&format!("{}-{}.svg", result.sim, result.study.replace(' ', "-")), &plot)?;
+        let metric = result.points.first().map_or("error", |point| &point.metric);
+        let plot = plot::log_log(&title, metric, "ms per simulated second", &page::curves(result));
+        write(&format!("{}-{}.svg", result.sim, result.study.replace(", ", "-").replace(' ', "-")), &plot)?;
         plots.push(plot);
     }
     write(

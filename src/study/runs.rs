@@ -83,6 +83,8 @@ pub struct Tunings {
     pub fused: FusedTuning,
     /// Of `water.pipes_fused`.
     pub pipes: FusedTuning,
+    /// Of `wet` and `shallow`; `None` is what each likes.
+    pub depth: Option<Tuning>,
 }
 
 impl Tunings {
@@ -92,6 +94,7 @@ impl Tunings {
             waves: Tuning::for_grid(gpu, cells),
             fused: FusedTuning::for_grid(gpu, cells),
             pipes: FusedTuning::for_pipes(gpu, cells),
+            depth: None,
         }
     }
 

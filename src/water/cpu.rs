@@ -3,7 +3,7 @@
 //! `f64` as the reference, or in `f32` to be compared with the GPU bit for bit. Written to be read beside the GLSL.
 
 use super::{Counts, DisturbParams, Disturbance, Model, Walls, LAND_M};
-use std::ops::{Add, AddAssign, Mul, Sub};
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// `f32` or `f64`.
 pub trait Real:
@@ -15,6 +15,7 @@ pub trait Real:
     + AddAssign
     + Sub<Output = Self>
     + Mul<Output = Self>
+    + Neg<Output = Self>
 {
     /// `self * a + b`, rounded once.
     fn fused(self, a: Self, b: Self) -> Self;

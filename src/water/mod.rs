@@ -3,41 +3,55 @@
 //! Computation with Direct3D 11", 2011, section 12.1; O'Brien and Hodgins, "Dynamic Simulation of Splashing Fluids",
 //! 1995).
 //!
-//! | kernel              | reads                 | writes                   | CPU twin             |
-//! | ------------------- | --------------------- | ------------------------ | -------------------- |
-//! | `water.book`        | columns               | new columns              | [`cpu::Book`]        |
-//! | `water.waves`       | height, velocity      | velocity, new height     | [`cpu::Waves`]       |
-//! | `water.fused`       | height, velocity      | new height and velocity  | [`cpu::Waves`]       |
-//! | `water.pipes`       | height, flow          | new height and flow      | [`cpu_pipes::Pipes`] |
-//! | `water.pipes_fused` | height, flow          | new height and flow      | [`cpu_pipes::Pipes`] |
-//! | `water.weigh`       | height, disturbances  | disturbances, counters   | [`cpu::weigh`]       |
-//! | `water.disturb`     | disturbances          | height, velocity         | [`cpu::disturb`]     |
+//! | kernel                | reads                                 | writes                  | CPU twin             |
+//! | --------------------- | ------------------------------------- | ----------------------- | -------------------- |
+//! | `water.book`          | columns                               | new columns             | [`cpu::Book`]        |
+//! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]       |
+//! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]       |
+//! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`] |
+//! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`] |
+//! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]  |
+//! | `water.shallow_speed` | ground, rise, rise before, velocities | new velocities          | [`cpu_wet::Depths`]  |
+//! | `water.shallow_depth` | ground, rise, velocities              | new rise                | [`cpu_wet::Depths`]  |
+//! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu::weigh`]       |
+//! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu::disturb`]     |
 //!
-//! All models solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid of square columns in a closed
+//! [`book`], [`waves`], [`fused`] and [`pipes`] solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid
+//! of square columns in a closed
 //! basin, `h` as deviation from rest (m). [`book`] stores the flow of four pipes a column, as the book does, and is there
 //! to be read; [`waves`] sums the pipes before they are stored, which is exact on an even, wet bottom, and reads and
 //! writes 16 bytes a column instead of 40 or more; [`fused`] does the same, several steps at a time. [`pipes`] keeps the
 //! flows for whoever needs them, and with them the volume. Taking the new flow makes all a leapfrog: second order, with the
 //! flow half a step behind, and stable up to [`Model::longest_stable_s`].
 //!
-//! Left out: advection, ground that falls dry. A trough deeper than the water is not physical here.
+//! They leave out advection and ground that falls dry: a trough deeper than the water is not physical there. [`wet`] steps
+//! water over ground that floods and falls dry, [`shallow`] with advection as well, so that dam breaks and bores come out
+//! right: [`depth`] says how both store a column, [`dam`] has the exact solutions that they are held against.
 
 pub mod book;
 pub mod cpu;
 pub mod cpu_pipes;
+pub mod cpu_wet;
+pub mod dam;
+pub mod depth;
 pub mod disturb;
 pub mod draw;
 pub mod fused;
 pub mod oracle;
 pub mod pipes;
+pub mod shallow;
 pub mod starts;
 pub mod waves;
+pub mod wet;
 
 pub use book::{Book, BookState};
+pub use depth::{Columns, DepthModel, DepthParams, DepthState, Rain, Tier};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
 pub use fused::{Fused, FusedParams, FusedState, FusedTuning};
 pub use pipes::{Pipes, PipesState, PipesTuning};
+pub use shallow::Shallow;
 pub use waves::{Tuning, Waves, WavesState};
+pub use wet::Wet;
 
 use crate::gpu::{self, Buffer};
 use glam::UVec2;

@@ -94,7 +94,7 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES].into_iter().flatten()
+    [water::CASES, water::DEPTH_CASES].into_iter().flatten()
 }
 
 /// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it, or

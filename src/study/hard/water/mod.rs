@@ -2,9 +2,12 @@
 //! Hard cases of water.
 
 mod accuracy;
+mod depth;
 mod input;
 mod stability;
 mod time;
+
+pub use depth::CASES as DEPTH_CASES;
 
 pub(in crate::study) use accuracy::{from_twin, ROUNDING};
 

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Water of any depth over ground, dry where there is none: what [`Wet`](super::Wet) and [`Shallow`](super::Shallow)
+//! share. Reads `glsl/water/depth.glsl`, which says how a column is stored and why.
+//!
+//! A column is its ground, `bed_m`, and its `rise_m`: the water in it less that at rest. Where the ground is below the
+//! level of the water at rest, the rise is that of the surface; where it is above, the rise is the depth. Volumes are
+//! sums of rises, and no offset of heights costs a digit.
+
+use super::{check_heights, Error, Invalid, Surface, Tuning, LAND_M};
+use crate::gpu::{Access, Bound, Buffer, Gpu, Kernel, Recorder, Residence, Result};
+use glam::UVec2;
+use std::{f64::consts::FRAC_1_SQRT_2, ffi::CStr};
+
+/// Ground of a column that is a wall: `WALL_M` in `glsl/water/depth.glsl`.
+pub const WALL_M: f32 = 1.0e30;
+
+/// How water moves over ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Tier {
+    /// Pipes as deep as the water above the ground: waves, floods and shores, but no bores. Flows are the state (m^2/s).
+    Wet,
+    /// The shallow-water equations: dam breaks and bores as well. Velocities are the state (m/s).
+    Shallow,
+}
+
+/// Water over ground and how it is stepped, in physical units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthModel {
+    /// Columns along x and z.
+    pub cells: UVec2,
+    /// Edge of a column (m).
+    pub cell_m: f64,
+    /// (m/s^2).
+    pub gravity_mps2: f64,
+    /// Deepest water there will be (m): with gravity the speed of the fastest wave.
+    pub deepest_m: f64,
+    /// Fastest current there will be (m/s). Only [`Tier::Shallow`] asks.
+    pub fastest_mps: f64,
+    /// Rate at which flow dies away (1/s).
+    pub damping_per_s: f64,
+    /// No water crosses a face where it would be shallower (m).
+    pub thin_m: f64,
+    /// Step (s), at most [`DepthModel::longest_stable_s`].
+    pub dt_s: f64,
+}
+
+/// Push constants of the kernels: `DepthParams` in `glsl/water/depth.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct DepthParams {
+    /// Size of the grid.
+    pub cells: UVec2,
+    /// Columns from one row to the next.
+    pub pitch: u32,
+    /// `dt / dx` (s/m).
+    pub reach: f32,
+    /// `g dt / dx` (1/s).
+    pub pull: f32,
+    /// `exp(-gamma dt)`.
+    pub keep: f32,
+    /// Falls on every column in this step (m): see [`Rain`].
+    pub rain_m: f32,
+    /// No water crosses a face where it would be shallower (m).
+    pub thin_m: f32,
+    /// `dx / dt` (m/s): water crosses no more than a column in a step.
+    pub fastest_mps: f32,
+}
+
+impl Tier {
+    /// Courant number of the longest step: of the fastest wave, `sqrt(g depth)`, for [`Tier::Wet`], and of it and the
+    /// fastest current together for [`Tier::Shallow`], whose advection is explicit as well.
+    pub fn courant_limit(self) -> f64 {
+        match self {
+            Self::Wet => FRAC_1_SQRT_2,
+            Self::Shallow => 0.45,
+        }
+    }
+}
+
+impl Tier {
+    /// How to cut up a grid: as many rows a walk as leave every lane of the device something to do, since each walk loads
+    /// four more.
+    pub fn tuning(self, gpu: &Gpu, cells: UVec2) -> Tuning {
+        let (group, rows, fewest) = match gpu.adapter().is_software() {
+            true => (UVec2::new(64, 1), 8, 1),
+            false => (UVec2::new(64, 2), 16, 1 << 16),
+        };
+        let fours = u64::from(cells.x.div_ceil(4));
+        Tuning { group, rows: (u64::from(cells.y) * fours / fewest).clamp(1, rows) as u32 }
+    }
+}
+
+impl DepthModel {
+    fn speed_mps(&self, tier: Tier) -> f64 {
+        let wave = (self.gravity_mps2 * self.deepest_m).sqrt();
+        wave + if tier == Tier::Shallow { self.fastest_mps } else { 0.0 }
+    }
+
+    /// Longest step for water no deeper and no faster than the model says (s).
+    pub fn longest_stable_s(&self, tier: Tier) -> f64 {
+        tier.courant_limit() * self.cell_m / self.speed_mps(tier)
+    }
+
+    /// Courant number of the chosen step.
+    pub fn courant(&self, tier: Tier) -> f64 {
+        self.speed_mps(tier) * self.dt_s / self.cell_m
+    }
+
+    /// The model with a step of `courant` cells.
+    pub fn with_courant(self, tier: Tier, courant: f64) -> Self {
+        Self { dt_s: courant * self.cell_m / self.speed_mps(tier), ..self }
+    }
+
+    /// # Errors
+    /// The first parameter that is out of range.
+    pub fn check(&self, tier: Tier) -> Result<(), Invalid> {
+        let within = |key, value: f64, fits: bool, allowed: &str| {
+            let allowed = allowed.into();
+            (fits && value.is_finite()).then_some(()).ok_or(Invalid {
+                key,
+                value: value.to_string(),
+                allowed,
+            })
+        };
+        let positive = |key, value: f64| within(key, value, value > 0.0, "a finite number above 0");
+        let most = super::Model::MOST_CELLS;
+        if self.cells.min_element() == 0 || self.cells.max_element() > most {
+            let allowed = format!("1 to {most} along each axis");
+            return Err(Invalid { key: "cells", value: format!("{}", self.cells), allowed });
+        }
+        positive("cell_m", self.cell_m)?;
+        positive("gravity_mps2", self.gravity_mps2)?;
+        positive("deepest_m", self.deepest_m)?;
+        within("fastest_mps", self.fastest_mps, self.fastest_mps >= 0.0, "a finite number from 0")?;
+        within(
+            "damping_per_s",
+            self.damping_per_s,
+            (0.0..=1e6).contains(&self.damping_per_s),
+            "0 to 1e6 (1/s)",
+        )?;
+        within("thin_m", self.thin_m, (0.0..=1.0).contains(&self.thin_m), "0 to 1 (m)")?;
+        positive("dt_s", self.dt_s)?;
+        let limit = self.longest_stable_s(tier);
+        // A step computed as exactly the limit may come out above it by rounding.
+        if self.dt_s > limit * (1.0 + 1e-12) {
+            let allowed = format!(
+                "at most {limit:.6} s, the longest step of {} m cells, water {} m deep and currents of {} m/s",
+                self.cell_m, self.deepest_m, self.fastest_mps
+            );
+            return Err(Invalid { key: "dt_s", value: self.dt_s.to_string(), allowed });
+        }
+        Ok(())
+    }
+
+    /// Push constants of a dry step, for a state with `pitch` columns from row to row.
+    pub fn params(&self, pitch: u32) -> DepthParams {
+        DepthParams {
+            cells: self.cells,
+            pitch,
+            reach: (self.dt_s / self.cell_m) as f32,
+            pull: (self.gravity_mps2 * self.dt_s / self.cell_m) as f32,
+            keep: (-self.damping_per_s * self.dt_s).exp() as f32,
+            rain_m: 0.0,
+            thin_m: self.thin_m as f32,
+            fastest_mps: (self.cell_m / self.dt_s) as f32,
+        }
+    }
+}
+
+impl DepthParams {
+    /// For the first step from a start at rest: half the pull brings the flow to the middle of the step, where the
+    /// leapfrog wants it.
+    pub fn first_from_rest(self) -> Self {
+        Self { pull: 0.5 * self.pull, ..self }
+    }
+
+    /// The same step with rain.
+    pub fn with_rain(self, rain_m: f32) -> Self {
+        Self { rain_m, ..self }
+    }
+}
+
+/// Rain as `f32` columns can take it. Rain of 10 mm/h is 3e-8 m in a step of 0.01 s, half of which is lost wherever the
+/// surface is 0.5 m above rest: so it is saved up, and falls in whole drops of [`Rain::DROP_M`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rain {
+    owed_m: f64,
+}
+
+impl Rain {
+    /// A power of two, so that sums of it are exact (m).
+    pub const DROP_M: f64 = 1.0 / 16384.0;
+
+    /// What falls in a step of `dt_s` (s) at `rate_mps` (m/s); negative rates dry. For [`DepthParams::with_rain`].
+    pub fn fall(&mut self, rate_mps: f64, dt_s: f64) -> f32 {
+        self.owed_m += rate_mps * dt_s;
+        let falls = (self.owed_m / Self::DROP_M).trunc() * Self::DROP_M;
+        self.owed_m -= falls;
+        falls as f32
+    }
+
+    /// What has not fallen yet (m).
+    pub fn owed_m(&self) -> f64 {
+        self.owed_m
+    }
+}
+
+/// Ground and water, one number a column, without padding.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    /// Ground, above the level of the water at rest (m).
+    pub bed_m: Vec<f32>,
+    /// Water less that at rest (m), [`LAND_M`] for a wall.
+    pub rise_m: Vec<f32>,
+    /// Through the east face of each column: flow (m^2/s) or velocity (m/s), as the [`Tier`] has it.
+    pub east: Vec<f32>,
+    /// Through the south face.
+    pub south: Vec<f32>,
+}
+
+impl Columns {
+    /// Water at rest below `surface_m`, dry ground above it; both above the level at rest (m). Rounded once.
+    pub fn at_rest(bed_m: &[f64], surface_m: impl Fn(usize) -> f64) -> Self {
+        let rise = |(i, &bed): (usize, &f64)| {
+            let bed = f64::from(bed as f32);
+            (surface_m(i).max(bed) - bed.max(0.0)) as f32
+        };
+        Self {
+            bed_m: bed_m.iter().map(|&bed| bed as f32).collect(),
+            rise_m: bed_m.iter().enumerate().map(rise).collect(),
+            east: vec![0.0; bed_m.len()],
+            south: vec![0.0; bed_m.len()],
+        }
+    }
+
+    /// Depth of each column (m); below zero is a debt, see [`DepthState::columns`]. Walls have none.
+    pub fn depths_m(&self) -> Vec<f64> {
+        self.columns()
+            .map(|(bed, rise)| if rise == LAND_M { 0.0 } else { still_m(bed) + f64::from(rise) })
+            .collect()
+    }
+
+    /// Surface of each column above the level at rest, ground where it is dry (m).
+    pub fn surfaces_m(&self) -> Vec<f64> {
+        self.columns()
+            .map(|(bed, rise)| f64::from(bed.max(0.0)) + f64::from(rise).max(-still_m(bed)))
+            .collect()
+    }
+
+    fn columns(&self) -> impl Iterator<Item = (f32, f32)> + '_ {
+        self.bed_m.iter().copied().zip(self.rise_m.iter().copied())
+    }
+}
+
+/// Depth of the water at rest over ground at `bed_m` (m).
+fn still_m(bed_m: f32) -> f64 {
+    f64::from(-bed_m).max(0.0)
+}
+
+/// One pass of a step.
+pub(super) struct Pass {
+    pub name: &'static CStr,
+    pub bound: Bound,
+}
+
+/// One basin. Row by row, rows padded to a multiple of four columns: column `(x, y)` is at `y * pitch + x`.
+pub struct DepthState {
+    rises: [Buffer; 2],
+    flows: [Buffer; 2],
+    bed: Buffer,
+    passes: [Vec<Pass>; 2],
+    current: usize,
+    tier: Tier,
+    cells: UVec2,
+    pitch: u32,
+    rows: u32,
+}
+
+/// What the passes of a step bind.
+pub(super) struct Buffers<'a> {
+    pub bed: &'a Buffer,
+    pub rise: &'a Buffer,
+    pub new_rise: &'a Buffer,
+    pub flow: &'a Buffer,
+    pub new_flow: &'a Buffer,
+}
+
+impl DepthState {
+    pub(super) fn new(
+        gpu: &Gpu,
+        tier: Tier,
+        cells: UVec2,
+        rows: u32,
+        passes: impl Fn(&Buffers<'_>) -> Result<Vec<Pass>>,
+    ) -> Result<Self> {
+        let pitch = cells.x.next_multiple_of(4);
+        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
+        let buffer = |name: &str, floats: u64| Buffer::new(gpu, name, floats * bytes, Residence::Device);
+        let bed = buffer("water.bed_m", 1)?;
+        let rises = [buffer("water.rise_m.0", 1)?, buffer("water.rise_m.1", 1)?];
+        let flows = [buffer("water.flow.0", 2)?, buffer("water.flow.1", 2)?];
+        let bind = |from: usize| {
+            passes(&Buffers {
+                bed: &bed,
+                rise: &rises[from],
+                new_rise: &rises[1 - from],
+                flow: &flows[from],
+                new_flow: &flows[1 - from],
+            })
+        };
+        let passes = [bind(0)?, bind(1)?];
+        Ok(Self { rises, flows, bed, passes, current: 0, tier, cells, pitch, rows })
+    }
+
+    /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the
+    /// frame are the caller's: from [`DepthState::EXIT`] to [`DepthState::ENTRY`] where another step follows.
+    ///
+    /// # Panics
+    /// If `params` are of another grid.
+    pub fn record(&mut self, rec: &mut Recorder<'_>, params: &DepthParams) {
+        assert_eq!(
+            (params.cells, params.pitch),
+            (self.cells, self.pitch),
+            "grid of the parameters and of the state"
+        );
+        let threads = [self.pitch / 4, self.cells.y.div_ceil(self.rows), 1];
+        for (i, pass) in self.passes[self.current].iter().enumerate() {
+            if i > 0 {
+                rec.barrier(Access::ComputeWrite, Access::ComputeRead);
+            }
+            rec.span(pass.name, |rec| rec.dispatch(&pass.bound, threads, params));
+        }
+        self.current = 1 - self.current;
+    }
+
+    /// What the state must be visible to before [`DepthState::record`].
+    pub const ENTRY: Access = Access::ComputeReadWrite;
+    /// How [`DepthState::record`] touched it last.
+    pub const EXIT: Access = Access::ComputeReadWrite;
+
+    /// How the water moves.
+    pub fn tier(&self) -> Tier {
+        self.tier
+    }
+
+    /// `f32` a column (m): see [`Columns::rise_m`].
+    pub fn rise(&self) -> &Buffer {
+        &self.rises[self.current]
+    }
+
+    /// `f32` a column (m): see [`Columns::bed_m`], [`WALL_M`] for a wall.
+    pub fn bed(&self) -> &Buffer {
+        &self.bed
+    }
+
+    /// For each four columns of a row, four `f32` through their east faces and four through their south faces: see
+    /// [`Columns::east`].
+    pub fn flow(&self) -> &Buffer {
+        &self.flows[self.current]
+    }
+
+    /// Columns from one row to the next.
+    pub fn pitch(&self) -> u32 {
+        self.pitch
+    }
+
+    /// The rise after the steps recorded so far, for disturbing, and for drawing where no ground is above the level at
+    /// rest. A disturbance that takes more than a column holds leaves it in debt: see [`DepthState::columns`].
+    pub fn surface(&self) -> Surface<'_> {
+        self.surfaces()[self.current]
+    }
+
+    /// The two between which the steps go to and fro.
+    pub fn surfaces(&self) -> [Surface<'_>; 2] {
+        [0, 1].map(|i| Surface { cells: self.cells, height_m: &self.rises[i], pitch: self.pitch, stride: 1 })
+    }
+
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.bed.bytes() + 2 * (self.rises[0].bytes() + self.flows[0].bytes())
+    }
+
+    /// Sets ground and water.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if a number is not finite, a column holds less than no water, or the sizes differ, else the
+    /// device's.
+    pub fn upload(&self, gpu: &Gpu, columns: &Columns) -> Result<(), Error> {
+        let fields = [
+            ("bed_m", &columns.bed_m),
+            ("rise_m", &columns.rise_m),
+            ("east", &columns.east),
+            ("south", &columns.south),
+        ];
+        for (key, numbers) in fields {
+            check_heights(key, numbers, self.cells, key == "rise_m")?;
+        }
+        if let Some(i) = columns.depths_m().iter().position(|depth| *depth < 0.0) {
+            let value = format!("{} in cell {i}", columns.rise_m[i]);
+            let allowed = format!("no less than {}, which is dry", -still_m(columns.bed_m[i]));
+            return Err(Invalid { key: "rise_m", value, allowed }.into());
+        }
+        let bed: Vec<f32> =
+            columns.columns().map(|(bed, rise)| if rise == LAND_M { WALL_M } else { bed }).collect();
+        gpu.upload_to(&self.bed, &self.padded(&bed, WALL_M))?;
+        let rise = self.padded(&columns.rise_m, LAND_M);
+        for buffer in &self.rises {
+            gpu.upload_to(buffer, &rise)?; // shallow water asks for the step before too
+        }
+        let (east, south) = (self.padded(&columns.east, 0.0), self.padded(&columns.south, 0.0));
+        let fours: Vec<f32> =
+            east.chunks(4).zip(south.chunks(4)).flat_map(|(e, s)| [e, s].concat()).collect();
+        gpu.upload_to(self.flow(), &fours)?;
+        Ok(())
+    }
+
+    /// Ground and water. A rise below that of a dry column is a debt, left by a sink that took more than there was:
+    /// nothing flows out until what flows in has paid it, so that volumes stay exact and nothing is cut off in silence.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn columns(&self, gpu: &Gpu) -> Result<Columns> {
+        let plain = |padded: &[f32]| -> Vec<f32> {
+            let rows = padded.chunks_exact(self.pitch as usize);
+            rows.flat_map(|row| &row[..self.cells.x as usize]).copied().collect()
+        };
+        let flows = gpu.download::<f32>(self.flow())?;
+        let of = |side: usize| -> Vec<f32> {
+            plain(
+                &flows
+                    .chunks_exact(8)
+                    .flat_map(|both| &both[4 * side..4 * side + 4])
+                    .copied()
+                    .collect::<Vec<_>>(),
+            )
+        };
+        Ok(Columns {
+            bed_m: plain(&gpu.download(&self.bed)?),
+            rise_m: plain(&gpu.download(self.rise())?),
+            east: of(0),
+            south: of(1),
+        })
+    }
+
+    fn padded(&self, plain: &[f32], padding: f32) -> Vec<f32> {
+        let mut padded = vec![padding; self.pitch as usize * self.cells.y as usize];
+        let rows = plain.chunks_exact(self.cells.x as usize);
+        for (to, from) in padded.chunks_exact_mut(self.pitch as usize).zip(rows) {
+            to[..from.len()].copy_from_slice(from);
+        }
+        padded
+    }
+}
+
+/// A kernel that walks as [`Tuning`] says.
+pub(super) fn kernel(gpu: &Gpu, name: &CStr, spv: &[u8], blocks: &[&str], tuning: Tuning) -> Result<Kernel> {
+    let constants = &[tuning.group.x, tuning.group.y, tuning.rows];
+    Kernel::new::<DepthParams>(gpu, &crate::gpu::KernelInfo { name, spv, blocks, constants })
+}

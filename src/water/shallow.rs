@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `shallow`: the shallow-water equations, one step in two dispatches. Reads `glsl/water/shallow_speed.comp` and
+//! `glsl/water/shallow_depth.comp`.
+
+use super::{
+    depth::{kernel, Buffers, DepthState, Pass, Tier},
+    Tuning,
+};
+use crate::{
+    gpu::{Gpu, Kernel, Result},
+    shaders,
+};
+use glam::UVec2;
+
+/// The kernels. They hold no basin, so they step any number of them.
+pub struct Shallow {
+    speed: Kernel,
+    depth: Kernel,
+    tuning: Tuning,
+    gpu: Gpu,
+}
+
+impl Shallow {
+    /// # Errors
+    /// If the device does not take the tuning.
+    pub fn new(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        let speed_blocks = ["Bed", "Rise", "Before", "Speed", "NewSpeed"];
+        let depth_blocks = ["Bed", "Rise", "Flow", "NewRise"];
+        let (speed, depth) = (shaders::WATER_SHALLOW_SPEED_COMP, shaders::WATER_SHALLOW_DEPTH_COMP);
+        Ok(Self {
+            speed: kernel(gpu, c"water.shallow_speed", speed, &speed_blocks, tuning)?,
+            depth: kernel(gpu, c"water.shallow_depth", depth, &depth_blocks, tuning)?,
+            tuning,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// A basin whose memory is not set yet: [`DepthState::upload`].
+    ///
+    /// # Errors
+    /// If the device has no room, or cannot see a buffer of that size.
+    pub fn state(&self, cells: UVec2) -> Result<DepthState> {
+        DepthState::new(&self.gpu, Tier::Shallow, cells, self.tuning.rows, |b: &Buffers<'_>| {
+            let speed = self.speed.bind(&[
+                ("Bed", b.bed.into()),
+                ("Rise", b.rise.into()),
+                ("Before", b.new_rise.into()), // not yet written over
+                ("Speed", b.flow.into()),
+                ("NewSpeed", b.new_flow.into()),
+            ])?;
+            let depth = self.depth.bind(&[
+                ("Bed", b.bed.into()),
+                ("Rise", b.rise.into()),
+                ("Flow", b.new_flow.into()),
+                ("NewRise", b.new_rise.into()),
+            ])?;
+            Ok(vec![
+                Pass { name: c"water.shallow_speed", bound: speed },
+                Pass { name: c"water.shallow_depth", bound: depth },
+            ])
+        })
+    }
+}
