@@ -132,7 +132,7 @@ fn a_bench_of_small_grids_is_whole() {
     let gpu = gpu();
     let options = Options { sizes: Some(vec![64, 100]), budget_s: Some(0.05), ..Default::default() };
     let result = bench(&gpu, &["water".into()], &options, &mut |_| ()).unwrap();
-    assert_eq!(result.results.len(), 2 * 5, "{result:?}");
+    assert_eq!(result.results.len(), 2 * 7, "{result:?}");
     assert_eq!(result.skipped, []);
     for row in &result.results {
         let Some((min, p95)) = row.min_ms.zip(row.p95_ms) else { panic!("{row:?}") };

@@ -5,18 +5,21 @@ use super::Result;
 use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
-        cpu, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Model, Params,
-        Tuning, Walls, Waves, WavesState, LAND_M,
+        cpu, cpu_fourth, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Fourth,
+        FourthState, Invalid, Model, Tuning, Walls, Waves, WavesState, LAND_M,
     },
 };
 use glam::UVec2;
 use std::time::Instant;
 
-/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land.
+/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` or `waves/fourth`, with `/land` if it
+/// looks for land.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
-    /// The kernel is `water.book`, else `water.waves`.
+    /// The kernel is `water.book`, else `water.waves` or `water.fourth`.
     pub is_book: bool,
+    /// The kernel is `water.fourth`.
+    pub is_fourth: bool,
     /// Weight of a diagonal pipe.
     pub diagonal: f64,
     /// The kernel is built to look for land.
@@ -30,10 +33,30 @@ impl Scheme {
     /// If it names none: variants are written in tables of this crate.
     pub fn named(variant: &str) -> Self {
         let is_book = variant.split('/').next() == Some("book");
+        let is_fourth = variant.split('/').any(|option| option == "fourth");
         let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
-        let diagonal =
-            weight.or(is_book.then_some(1.0)).unwrap_or_else(|| panic!("`{variant}` names no scheme"));
-        Self { is_book, diagonal, has_land: variant.split('/').any(|option| option == "land") }
+        let weight = weight.or(is_book.then_some(1.0)).or(is_fourth.then_some(0.25));
+        let diagonal = weight.unwrap_or_else(|| panic!("`{variant}` names no scheme"));
+        Self { is_book, is_fourth, diagonal, has_land: variant.split('/').any(|option| option == "land") }
+    }
+
+    /// Courant number of the longest stable step of `model`.
+    pub fn courant_limit(self, model: &Model) -> f64 {
+        if self.is_fourth {
+            model.fourth_order_limit()
+        } else {
+            model.courant_limit()
+        }
+    }
+
+    /// # Errors
+    /// The first parameter of `model` that the scheme does not take.
+    pub fn check(self, model: &Model) -> std::result::Result<(), Invalid> {
+        if self.is_fourth {
+            model.check_fourth_order()
+        } else {
+            model.check()
+        }
     }
 
     /// `model` with the stencil and the walls of the scheme.
@@ -60,19 +83,31 @@ pub fn book_constants(cells: UVec2) -> Model {
 enum State {
     Book(BookState),
     Waves(WavesState),
+    Fourth(FourthState),
 }
 
 impl State {
-    fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
+    /// One step, or the first one from rest.
+    fn record(&mut self, rec: &mut Recorder<'_>, model: &Model, is_first: bool) {
         match self {
-            Self::Book(state) => state.record(rec, params),
-            Self::Waves(state) => state.record(rec, params),
+            Self::Book(state) => {
+                let params = model.params(state.pitch());
+                state.record(rec, &if is_first { params.first_from_rest() } else { params });
+            }
+            Self::Waves(state) => {
+                let params = model.params(state.pitch());
+                state.record(rec, &if is_first { params.first_from_rest() } else { params });
+            }
+            Self::Fourth(state) => {
+                let params = model.fourth_order_params(state.pitch());
+                state.record(rec, &if is_first { params.first_from_rest() } else { params });
+            }
         }
         rec.barrier(Waves::EXIT, Waves::ENTRY);
     }
 }
 
-/// A basin on the GPU, of either model.
+/// A basin on the GPU, of any model.
 pub struct Basin {
     gpu: Gpu,
     submitter: Submitter,
@@ -102,6 +137,10 @@ impl Basin {
             let state = Book::new(gpu)?.state(cells)?;
             state.upload(gpu, &start.height_m)?;
             State::Book(state)
+        } else if scheme.is_fourth {
+            let state = Fourth::new(gpu, tuning, scheme.has_land)?.state(cells, tuning.rows)?;
+            state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
+            State::Fourth(state)
         } else {
             let state = Waves::new(gpu, tuning, scheme.has_land)?.state(cells, tuning.rows)?;
             state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
@@ -111,20 +150,13 @@ impl Basin {
         Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state })
     }
 
-    fn params(&self) -> Params {
-        match &self.state {
-            State::Book(state) => self.model.params(state.pitch()),
-            State::Waves(state) => self.model.params(state.pitch()),
-        }
-    }
-
-    /// The first step from rest, with half the pull: see [`Params::first_from_rest`].
+    /// The first step from rest, with half the pull: see
+    /// [`Params::first_from_rest`](crate::water::Params::first_from_rest).
     ///
     /// # Errors
     /// The device's.
     pub fn first_step(&mut self) -> Result<()> {
-        let params = self.params().first_from_rest();
-        self.submitter.run(|rec| self.state.record(rec, &params))?;
+        self.submitter.run(|rec| self.state.record(rec, &self.model, true))?;
         Ok(())
     }
 
@@ -133,11 +165,10 @@ impl Basin {
     /// # Errors
     /// The device's.
     pub fn steps(&mut self, count: u32) -> Result<()> {
-        let params = self.params();
         let mut left = count;
         while left > 0 {
             let batch = left.min(BATCH);
-            self.submitter.run(|rec| (0..batch).for_each(|_| self.state.record(rec, &params)))?;
+            self.submitter.run(|rec| (0..batch).for_each(|_| self.state.record(rec, &self.model, false)))?;
             left -= batch;
         }
         Ok(())
@@ -158,6 +189,7 @@ impl Basin {
     pub fn surface(&self) -> Result<(Vec<f32>, Vec<f32>)> {
         let state = match &self.state {
             State::Waves(state) => return Ok(state.download(&self.gpu)?),
+            State::Fourth(state) => return Ok(state.download(&self.gpu)?),
             State::Book(state) => state.download(&self.gpu)?,
         };
         let (w, h) = (self.model.cells.x as usize, self.model.cells.y as usize);
@@ -181,9 +213,11 @@ impl Basin {
     /// # Errors
     /// Bad input, or the device's.
     pub fn upload(&mut self, height_m: &[f32]) -> Result<()> {
+        let at_rest = vec![0.0; height_m.len()];
         match &self.state {
             State::Book(state) => state.upload(&self.gpu, height_m)?,
-            State::Waves(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
+            State::Waves(state) => state.upload(&self.gpu, height_m, &at_rest)?,
+            State::Fourth(state) => state.upload(&self.gpu, height_m, &at_rest)?,
         }
         Ok(())
     }
@@ -196,6 +230,7 @@ impl Basin {
         let (surfaces, surface, velocity) = match &self.state {
             State::Book(state) => (state.surfaces(), state.surface(), None),
             State::Waves(state) => (state.surfaces(), state.surface(), Some(state.velocity())),
+            State::Fourth(state) => (state.surfaces(), state.surface(), Some(state.velocity())),
         };
         let params = DisturbParams {
             cells: self.model.cells,
@@ -221,9 +256,8 @@ impl Basin {
     /// # Errors
     /// The device's.
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
-        let params = self.params();
-        let (gpu, state) = (&self.gpu, &mut self.state);
-        time(gpu, effort, |rec| state.record(rec, &params))
+        let (gpu, state, model) = (&self.gpu, &mut self.state, &self.model);
+        time(gpu, effort, |rec| state.record(rec, model, false))
     }
 }
 
@@ -231,6 +265,10 @@ impl Basin {
 pub fn twin(scheme: Scheme, start: &Start, steps: u32) -> Vec<f64> {
     if scheme.is_book {
         let mut twin = cpu::Book::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    } else if scheme.is_fourth {
+        let mut twin = cpu_fourth::Fourth::<f64>::at_rest(&start.model, &start.height_m);
         (0..steps).for_each(|_| twin.step());
         twin.height_m
     } else {

@@ -43,18 +43,18 @@ impl Real for f64 {
 
 /// [`super::Params`] in the twin's precision: rounded as the GPU has them in `f32`, exact in `f64`.
 #[derive(Clone, Copy, Debug)]
-struct Numbers<T> {
-    width: usize,
-    height: usize,
-    dt: T,
-    pull: T,
-    keep: T,
-    diagonal: T,
-    folded: bool,
+pub(super) struct Numbers<T> {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) dt: T,
+    pub(super) pull: T,
+    pub(super) keep: T,
+    pub(super) diagonal: T,
+    pub(super) folded: bool,
 }
 
 impl<T: Real> Numbers<T> {
-    fn new(model: &Model) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         let w = model.diagonal;
         Self {
             width: model.cells.x as usize,
@@ -68,7 +68,7 @@ impl<T: Real> Numbers<T> {
     }
 
     /// See [`super::Params::first_from_rest`].
-    fn first_from_rest(self) -> Self {
+    pub(super) fn first_from_rest(self) -> Self {
         Self { pull: T::of(0.5) * self.pull, ..self }
     }
 }
@@ -121,7 +121,7 @@ impl<T: Real> Waves<T> {
 }
 
 /// The stencil's sum at `(x, y)`; `None` on land.
-fn laplacian<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T> {
+pub(super) fn laplacian<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T> {
     let land = T::of(f64::from(LAND_M));
     let centre = old[y * p.width + x];
     let at = |dx: isize, dy: isize| neighbour(p, old, land, x, y, dx, dy);

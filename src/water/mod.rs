@@ -7,6 +7,7 @@
 //! | --------------- | --------------------- | ------------------------ | ------------------ |
 //! | `water.book`    | columns               | new columns              | [`cpu::Book`]      |
 //! | `water.waves`   | height, velocity      | velocity, new height     | [`cpu::Waves`]     |
+//! | `water.fourth`  | height, velocity      | velocity, new height     | [`cpu_fourth::Fourth`] |
 //! | `water.weigh`   | height, disturbances  | disturbances, counters   | [`cpu::weigh`]     |
 //! | `water.disturb` | disturbances          | height, velocity         | [`cpu::disturb`]   |
 //!
@@ -20,14 +21,17 @@
 
 pub mod book;
 pub mod cpu;
+pub mod cpu_fourth;
 pub mod disturb;
 pub mod draw;
+pub mod fourth;
 pub mod oracle;
 pub mod starts;
 pub mod waves;
 
 pub use book::{Book, BookState};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
+pub use fourth::{Fourth, FourthParams, FourthState};
 pub use waves::{Tuning, Waves, WavesState};
 
 use crate::gpu::{self, Buffer};
@@ -133,6 +137,11 @@ impl Model {
     /// # Errors
     /// The first parameter that is out of range.
     pub fn check(&self) -> Result<(), Invalid> {
+        self.check_below(self.longest_stable_s())
+    }
+
+    /// [`Model::check`] with another longest stable step (s).
+    fn check_below(&self, limit: f64) -> Result<(), Invalid> {
         let positive = |key, value: f64| {
             let fits = value.is_finite() && value > 0.0;
             let allowed = "a finite number above 0".into();
@@ -153,7 +162,6 @@ impl Model {
             let allowed = "0 to 1".into();
             return Err(Invalid { key: "diagonal", value: self.diagonal.to_string(), allowed });
         }
-        let limit = self.longest_stable_s();
         // A step computed as exactly the limit may come out above it by rounding.
         if self.dt_s > limit * (1.0 + 1e-12) {
             let allowed = format!(

@@ -114,7 +114,14 @@ pub const CASES: &[Case] = &[
     Case {
         id: "W16",
         title: "grids of 1 x 1, 1 x N, 2 x 2, 17 x 33, 255 x 257 and 1000 x 3 are their f64 twin",
-        variants: &["book", "waves/w0.25", "waves/w1", "waves/w0.25/land"],
+        variants: &[
+            "book",
+            "waves/w0.25",
+            "waves/w1",
+            "waves/w0.25/land",
+            "waves/fourth",
+            "waves/fourth/land",
+        ],
         unit: "difference / highest column",
         limit: ROUNDING,
         run: accuracy::odd_grids,
