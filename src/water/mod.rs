@@ -8,6 +8,7 @@
 //! | `water.book`    | columns               | new columns              | [`cpu::Book`]      |
 //! | `water.waves`   | height, velocity      | velocity, new height     | [`cpu::Waves`]     |
 //! | `water.fourth`  | height, velocity      | velocity, new height     | [`cpu_fourth::Fourth`] |
+//! | `water.absorb`  | height, velocity      | height, velocity         | [`cpu_absorb::absorb`] |
 //! | `water.weigh`   | height, disturbances  | disturbances, counters   | [`cpu::weigh`]     |
 //! | `water.disturb` | disturbances          | height, velocity         | [`cpu::disturb`]   |
 //!
@@ -19,8 +20,10 @@
 //!
 //! Left out: advection, ground that falls dry. A trough deeper than the water is not physical here.
 
+pub mod absorb;
 pub mod book;
 pub mod cpu;
+pub mod cpu_absorb;
 pub mod cpu_fourth;
 pub mod disturb;
 pub mod draw;
@@ -29,6 +32,7 @@ pub mod oracle;
 pub mod starts;
 pub mod waves;
 
+pub use absorb::{Absorb, Absorbing, Borders};
 pub use book::{Book, BookState};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
 pub use fourth::{Fourth, FourthParams, FourthState};
