@@ -9,6 +9,8 @@
 //! | `water.waves`   | height, velocity      | velocity, new height     | [`cpu::Waves`]     |
 //! | `water.fourth`  | height, velocity      | velocity, new height     | [`cpu_fourth::Fourth`] |
 //! | `water.absorb`  | height, velocity      | height, velocity         | [`cpu_absorb::absorb`] |
+//! | `water.draught` | height, poses         | poses                    | [`cpu_bodies::draught`] |
+//! | `water.body`    | poses                 | height                   | [`cpu_bodies::body`]   |
 //! | `water.weigh`   | height, disturbances  | disturbances, counters   | [`cpu::weigh`]     |
 //! | `water.disturb` | disturbances          | height, velocity         | [`cpu::disturb`]   |
 //!
@@ -21,9 +23,11 @@
 //! Left out: advection, ground that falls dry. A trough deeper than the water is not physical here.
 
 pub mod absorb;
+pub mod bodies;
 pub mod book;
 pub mod cpu;
 pub mod cpu_absorb;
+pub mod cpu_bodies;
 pub mod cpu_fourth;
 pub mod disturb;
 pub mod draw;
@@ -33,6 +37,7 @@ pub mod starts;
 pub mod waves;
 
 pub use absorb::{Absorb, Absorbing, Borders};
+pub use bodies::{Bodies, Body, BodyList, BodyParams};
 pub use book::{Book, BookState};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
 pub use fourth::{Fourth, FourthParams, FourthState};
