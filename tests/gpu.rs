@@ -66,10 +66,34 @@ fn water_structs() {
         interface(shaders::WATER_WEIGH_COMP),
         "Counters" == water::Counts { applied, rejected, missed }
     );
+    assert_layout!(
+        interface(shaders::WATER_FOURTH_COMP),
+        "Push" == water::FourthParams { cells, pitch, dt_s, pull, keep, sharpen, reserved }
+    );
+    for spv in [shaders::WATER_DRAUGHT_COMP, shaders::WATER_BODY_COMP] {
+        assert_layout!(
+            interface(spv),
+            "BodyParams" == water::BodyParams { cells, origin, size, pitch, stride, first, count, cell_m }
+        );
+        assert_layout!(
+            interface(spv),
+            "Body" == water::bodies::Pose { at_m, is_box, half_m, submerged_m3, axis, scale, displaced_m3 }
+        );
+    }
     for spv in [shaders::WATER_SURFACE_VERT, shaders::WATER_SURFACE_FRAG, shaders::WATER_WIRE_VERT] {
         assert_layout!(
             interface(spv),
-            "SurfaceParams" == water::draw::SurfaceParams { cells, pitch, stride, size_m, level_m, ripple }
+            "SurfaceParams"
+                == water::draw::SurfaceParams {
+                    cells,
+                    pitch,
+                    stride,
+                    size_m,
+                    level_m,
+                    ripple,
+                    foam_m,
+                    reserved
+                }
         );
     }
 }

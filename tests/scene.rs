@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use whitecap::scene::{
-    builtin, Camera, Drop, Heightmap, HeightmapError, Model, Override, ProblemKind, Rain, Scene, SceneError,
-    Start, Sun, TerrainSource, View, Walls,
+    builtin, Border, Camera, Drop, Heightmap, HeightmapError, Model, Override, ProblemKind, Rain, Scene,
+    SceneError, Start, Sun, TerrainSource, View, Walls,
 };
+use whitecap::water::LAND_M;
 
 #[allow(dead_code)]
 #[path = "../examples/make_terrain.rs"]
@@ -150,6 +151,13 @@ fn every_limit_is_kept() {
     let mode = "water.0.start={shape='mode', height_m=1, waves=[1, 1]}";
     let drop = "water.0.drop=[{at_m=[0, 0], radius_m=1, volume_m3=1, every_s=1}]";
     let rain = "water.0.rain={drops_per_s=1, radius_m=1, volume_m3=1}";
+    let absorb = "water.0.borders=absorb";
+    let wall = "water.0.wall=[{from_m=[-1, -1], to_m=[1, 1]}]";
+    let sphere = "water.0.body=[{shape='sphere', radius_m=1, path=[[0, 1, 2, 3]]}]";
+    let circle =
+        "water.0.body=[{shape='box', half_m=[1, 2, 3], circle={centre_m=[0, 0, 0], radius_m=1, period_s=1}}]";
+    let swing =
+        "water.0.body=[{shape='box', half_m=[1, 2, 3], swing={at_m=[0, 0, 0], by_m=[0, 1, 0], period_s=1}}]";
     let terrain = "terrain={heightmap='builtin/fjord.png', size_m=[1, 1], height_m=[0, 1]}";
     let table: &[(&str, &str, &[&str], &[&str])] = &[
         ("", "title", &["''", "'a b'"], &["1", "[]"]),
@@ -205,6 +213,29 @@ fn every_limit_is_kept() {
         (rain, "water.0.rain.radius_m", &["1"], &["0"]),
         (rain, "water.0.rain.volume_m3", &["-1"], &["0", "nan"]),
         (rain, "water.0.rain.push_m3ps", &["1", "0"], &["inf"]),
+        ("", "water.0.borders", &["reflect", "absorb", "{}", "{west='absorb'}"], &["open", "1", "[1, 2]"]),
+        ("", "water.0.borders.east", &["reflect", "absorb"], &["open", "1"]),
+        (absorb, "water.0.absorb_width_m", &["0.5", "4"], &["0.4", "4.1", "0", "nan"]),
+        (wall, "water.0.wall.0.from_m", &["[-9, 0]", "[7, 9]"], &["[nan, 0]", "[1, 2, 3]"]),
+        (wall, "water.0.wall.0.to_m", &["[3, 0]"], &["[-1, 0]", "[inf, 0]"]),
+        (wall, "water.0.wall.0.height_m", &["0.1"], &["0", "-1", "nan"]),
+        (sphere, "water.0.body.0.shape", &["sphere"], &["ball", "1"]),
+        (sphere, "water.0.body.0.radius_m", &["0.25", "9"], &["0.24", "0", "nan"]),
+        (sphere, "water.0.body.0.yaw_deg", &["-900"], &["inf"]),
+        (
+            sphere,
+            "water.0.body.0.path",
+            &["[[0, 1, 2, 3], [1, 1, 2, 3]]"],
+            &["[]", "1", "[[0, 1, 2]]", "[[0, 1, 2, nan]]", "[[1, 0, 0, 0], [1, 0, 0, 0]]"],
+        ),
+        (circle, "water.0.body.0.half_m", &["[0.1, 1, 9]"], &["[0, 1, 1]", "1", "[1, 1]"]),
+        (circle, "water.0.body.0.circle.centre_m", &["[1, 2, 3]"], &["[1, 2]", "[1, 2, nan]"]),
+        (circle, "water.0.body.0.circle.radius_m", &["3"], &["0"]),
+        (circle, "water.0.body.0.circle.period_s", &["3"], &["0", "-1", "inf"]),
+        (circle, "water.0.body.0.circle.start_deg", &["-30"], &["nan"]),
+        (swing, "water.0.body.0.swing.at_m", &["[1, 2, 3]"], &["[1, 2]"]),
+        (swing, "water.0.body.0.swing.by_m", &["[0, 0, 0]"], &["[1, 2, inf]"]),
+        (swing, "water.0.body.0.swing.period_s", &["0.1"], &["0"]),
     ];
     for (with, key, good, bad) in table {
         let try_value = |value: &str| {
@@ -308,13 +339,66 @@ fn values_that_do_not_go_together_are_conflicts() {
             "name is \"lake\", as water.0 is called already",
         ),
         ("[terrain]\nheightmap = 'builtin/pond.asc'\nheight_m = [0, 1]", "has its own heights"),
+        ("[[water.wall]]\nfrom_m = [0, 1]\nto_m = [3, 1]", "a wall has two corners across"),
+        (
+            "[[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[1, 0, 0, 0], [0, 0, 0, 0]]",
+            "goes back in time",
+        ),
+        (
+            "[[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[1, 0, 0, 0]]\nswing = {}",
+            "a body has one way",
+        ),
+        ("absorb_width_m = 2", "needs borders that absorb"),
     ] {
         let text = format!("{LAKE}{text}");
         assert_eq!(kinds(&text), [ProblemKind::Conflict], "{text}");
         assert!(error(&text).contains(message), "{}", error(&text));
     }
+    let book = LAKE.replace("waves", "book");
+    for (text, message) in [
+        ("borders = 'absorb'", "the book has no velocity to damp"),
+        ("[[water.wall]]\nfrom_m = [0, 0]\nto_m = [1, 1]", "the book's basin is the whole grid"),
+    ] {
+        let text = format!("{book}{text}");
+        assert!(
+            kinds(&text) == [ProblemKind::Conflict] && error(&text).contains(message),
+            "{}",
+            error(&text)
+        );
+    }
     let book = LAKE.replace("\"waves\"", "\"book\"\nwalls = \"folded\"");
     assert!(error(&book).contains("walls is \"folded\"; allowed: \"dropped\""), "{}", error(&book));
+}
+
+#[test]
+fn walls_are_land_borders_have_strips_and_bodies_go_their_ways() {
+    let text = format!(
+        "{LAKE}borders = {{ west = 'absorb' }}\n\
+         [[water.wall]]\nfrom_m = [1, 4]\nto_m = [0.9, -4]\n\
+         [[water.wall]]\nfrom_m = [-8, -4]\nto_m = [-7, -3.5]\nheight_m = 1\n\
+         [[water.body]]\nshape = 'box'\nhalf_m = [1, 2, 3]\nyaw_deg = 90\n\
+         circle = {{ centre_m = [1, 2, 3], radius_m = 4, period_s = 5 }}\n\
+         [[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[0, 1, 2, 3]]"
+    );
+    let scene = parse(&text).unwrap();
+    assert_eq!((scene.water[0].borders.west, scene.water[0].borders.east), (Border::Absorb, Border::Reflect));
+    assert_eq!(scene.water[0].barriers[0].height_m, 0.5);
+    let plan = scene.plan().unwrap();
+    let water = &plan.waters[0];
+    let land: Vec<usize> = (0..64 * 32).filter(|&i| water.height_m[i] == LAND_M).collect();
+    // A column wide at x = 0.875..1.125, and 4 x 2 columns in the corner.
+    let want = |i: &usize| i % 64 == 36 || (i % 64 < 4 && i / 64 < 2);
+    assert_eq!(land, (0..64 * 32).filter(want).collect::<Vec<_>>());
+    let highest = plan.terrain.height_m.iter().fold(f32::MIN, |m, &h| m.max(h));
+    assert_eq!((highest, plan.terrain.height_m[0]), (1.0, -2.0));
+    // A quarter of the shorter side: less than 32 columns.
+    let borders = water.absorbing.unwrap();
+    assert_eq!((borders.west, borders.east, borders.strip), (true, false, 8));
+    assert_eq!(water.bodies.len(), 2);
+    let passes: Vec<_> = plan.passes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(passes[..4], ["water.draught", "water.body", "water.waves", "water.absorb"]);
+    let seventeen = "[[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[0, 1, 2, 3]]\n".repeat(17);
+    assert!(error(&format!("{LAKE}{seventeen}")).contains("has 17 bodies; allowed: 16"));
 }
 
 #[test]
@@ -547,7 +631,10 @@ fn heights_between_samples_are_linear_and_constant_outside() {
 
 #[test]
 fn the_built_in_scenes_load_with_their_terrains() {
-    assert_eq!(builtin::list().map(|(name, _)| name).collect::<Vec<_>>(), ["fjord", "pond", "sombrero"]);
+    assert_eq!(
+        builtin::list().map(|(name, _)| name).collect::<Vec<_>>(),
+        ["fjord", "pond", "sombrero", "ripple_tank", "harbour"]
+    );
     for (name, title) in builtin::list() {
         let scene = builtin::load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
         assert!(!title.is_empty() && !scene.title.is_empty() && !scene.water.is_empty());
@@ -566,7 +653,10 @@ fn the_built_in_scenes_load_with_their_terrains() {
     let smaller = builtin::load("fjord", &["water.lake.cells=[64, 64]".parse().unwrap()]).unwrap();
     assert_eq!(smaller.water[0].cells, [64, 64]);
     let error = builtin::load("fiord", &[]).unwrap_err().to_string();
-    assert_eq!(error, "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero");
+    assert_eq!(
+        error,
+        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour"
+    );
 }
 
 #[test]

@@ -78,7 +78,7 @@ void main() {
     vec3 water = mix(seen, reflected, mirror) + SUN_LIGHT * glint * arrives.x * (0.3 + 0.7 * mirror);
 
     // A thin wash of foam where the water runs out.
-    float edge = smoothstep(0.22, 0.02, depth_m + 0.08 * fbm(at_m.xz * 3.0, 3));
+    float edge = smoothstep(p.foam_m, p.foam_m / 11.0, depth_m + p.foam_m * 4.0 / 11.0 * fbm(at_m.xz * 3.0, 3));
     float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
     vec3 foam = vec3(0.75) * (SUN_LIGHT * arrives.x * max(view.to_sun.y, 0.0) + SKY_LIGHT * arrives.y);
     water = mix(water, foam, 0.55 * edge * bubbles);

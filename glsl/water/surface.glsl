@@ -8,6 +8,8 @@ struct SurfaceParams {
     vec2 size_m;     // extent, round the origin
     float level_m;   // height of the surface at rest
     float ripple;    // slope of the fine ripples that the grid is too coarse for
+    float foam_m;    // depth below which there is foam (m)
+    uint reserved;
 };
 
 layout(set = 0, binding = 3, std430) readonly buffer Height { float height_m[]; };

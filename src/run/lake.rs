@@ -8,14 +8,16 @@ use crate::{
     water::{
         self as sim,
         draw::{Look, SurfaceDraw, SurfaceParams},
-        oracle, Book, BookState, Counts, Disturb, DisturbParams, Disturbances, Params, Surface, Tuning,
-        Waves, WavesState, LAND_M,
+        oracle, Absorb, Absorbing, Bodies, Body, BodyList, BodyParams, Book, BookState, Counts, Disturb,
+        DisturbParams, Disturbances, Params, Surface, Tuning, Waves, WavesState, LAND_M,
     },
 };
-use glam::Vec2;
+use glam::{dvec3, DVec3, Vec2};
 
 /// Slope of the ripples that a grid is too coarse for, in the shaded look.
 const RIPPLE: f32 = 0.035;
+/// Depth below which there is foam, where the water is deep enough for some (m).
+const FOAM_M: f64 = 0.22;
 
 /// Columns times steps of a submission: a tenth of a second on a small GPU.
 const COLUMN_STEPS: u64 = 1 << 28;
@@ -27,6 +29,14 @@ enum State {
     Waves(WavesState),
 }
 
+/// Bodies on their ways.
+struct Fleet {
+    bodies: Vec<Body>,
+    /// Corner of the grid at the level of rest, in the world (m).
+    origin_m: DVec3,
+    list: BodyList,
+}
+
 /// One water of a scene, on the GPU.
 pub(super) struct Lake {
     name: String,
@@ -36,6 +46,8 @@ pub(super) struct Lake {
     clock: FixedStep,
     falls: Falls,
     list: Option<(Disturbances, DisturbParams)>,
+    fleet: Option<Fleet>,
+    absorbing: Option<Absorbing>,
     draw: SurfaceDraw,
     surface: SurfaceParams,
     depth_m: f64,
@@ -93,8 +105,28 @@ impl Lake {
         } else {
             None
         };
+        let fleet = if plan.bodies.is_empty() {
+            None
+        } else {
+            let params =
+                BodyParams::new(&surface(&state), model.cells, model.cell_m, plan.bodies.len() as u32);
+            let [x, z] = water.size_m.map(|size| -0.5 * f64::from(size));
+            Some(Fleet {
+                bodies: plan.bodies.clone(),
+                origin_m: dvec3(x, water.level_m.into(), z),
+                list: Bodies::new(gpu)?.list(surfaces(&state), params, plan.most_steps)?,
+            })
+        };
+        let absorbing = match (&state, plan.absorbing) {
+            (State::Waves(state), Some(borders)) => {
+                Some(Absorb::new(gpu)?.borders(&model, borders, state.surfaces(), state.velocity())?)
+            }
+            _ => None,
+        };
         Ok(Self {
             name: plan.name.clone(),
+            fleet,
+            absorbing,
             params: model.params(pitch),
             clock: FixedStep::new(model.dt_s, plan.most_steps),
             falls: Falls::new(water, seed, stream, model.dt_s),
@@ -106,7 +138,10 @@ impl Lake {
                 stride,
                 size_m: Vec2::from(water.size_m),
                 level_m: water.level_m,
-                ripple: RIPPLE,
+                // A model of a sea has neither its ripples nor its foam.
+                ripple: RIPPLE * (model.cell_m / 0.05).min(1.0) as f32,
+                foam_m: FOAM_M.min(0.4 * water.depth_m) as f32,
+                reserved: 0,
             },
             state,
             depth_m: water.depth_m,
@@ -129,8 +164,14 @@ impl Lake {
         let columns = self.model.cells.as_u64vec2().element_product();
         let most = (COLUMN_STEPS / columns).max(1);
         let end = self.clock.steps().min(self.taken + most);
-        for step in self.taken..end {
+        let first = self.taken;
+        self.record_poses(rec, first, end)?;
+        for step in first..end {
             self.record_falls(rec, step)?;
+            if let Some(fleet) = &self.fleet {
+                fleet.list.record(rec, &surface(&self.state), (step - first) as u32);
+                rec.barrier(Bodies::EXIT, Access::ComputeReadWrite);
+            }
             // From rest the first flow is half a step's: second order from the start.
             let params = if step == 0 { self.params.first_from_rest() } else { self.params };
             match &mut self.state {
@@ -138,10 +179,29 @@ impl Lake {
                 State::Waves(state) => state.record(rec, &params),
             }
             rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+            if let Some(absorbing) = &self.absorbing {
+                absorbing.record(rec, &surface(&self.state));
+                rec.barrier(Absorb::EXIT, Access::ComputeReadWrite);
+            }
         }
         self.taken = end;
         rec.barrier(Access::ComputeReadWrite, SurfaceDraw::ENTRY);
         Ok(end == self.clock.steps())
+    }
+
+    /// Where the bodies are before each of these steps and after the last one.
+    fn record_poses(&mut self, rec: &mut Recorder<'_>, first: u64, end: u64) -> Result<(), sim::Error> {
+        let Some(fleet) = self.fleet.as_mut().filter(|_| first < end) else { return Ok(()) };
+        let pose = |step: u64, body: &Body| body.pose(step as f64 * self.model.dt_s, fleet.origin_m);
+        let poses =
+            (first..=end).flat_map(|step| fleet.bodies.iter().map(move |body| pose(step, body))).collect();
+        let staging = fleet.list.staging(poses)?;
+        rec.barrier(Bodies::EXIT, Access::CopyWrite);
+        rec.copy(&staging, fleet.list.poses());
+        rec.barrier(Access::CopyWrite, Bodies::ENTRY);
+        fleet.list.record_draughts(rec, &surface(&self.state));
+        rec.barrier(Bodies::EXIT, Access::ComputeReadWrite);
+        Ok(())
     }
 
     fn record_falls(&mut self, rec: &mut Recorder<'_>, step: u64) -> Result<(), sim::Error> {

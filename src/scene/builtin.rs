@@ -6,7 +6,7 @@ use super::{Override, Scene, SceneError};
 /// A built-in scene: name, one line for people, TOML.
 struct Builtin(&'static str, &'static str, &'static str);
 
-const SCENES: [Builtin; 3] = [
+const SCENES: [Builtin; 5] = [
     Builtin("fjord", "Waves among rocky islands in a mountain lake", include_str!("../../scenes/fjord.toml")),
     Builtin("pond", "Drops falling into a stony pond", include_str!("../../scenes/pond.toml")),
     Builtin(
@@ -14,6 +14,12 @@ const SCENES: [Builtin; 3] = [
         "The book's water: sin(r)/r in a square basin",
         include_str!("../../scenes/sombrero.toml"),
     ),
+    Builtin(
+        "ripple_tank",
+        "Waves through two slits, from above",
+        include_str!("../../scenes/ripple_tank.toml"),
+    ),
+    Builtin("harbour", "Swell and a launch between breakwaters", include_str!("../../scenes/harbour.toml")),
 ];
 
 const ASSETS: [(&str, &[u8]); 2] = [

@@ -29,6 +29,7 @@ mod node;
 mod parse;
 mod plan;
 mod schema;
+mod works;
 
 use std::path::{Path, PathBuf};
 
@@ -38,6 +39,7 @@ pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use node::Override;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
+pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall};
 
 /// A scene: everything that a run needs, with defaults filled in and every value within its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -154,6 +156,17 @@ pub struct WaterScene {
     pub drops: Vec<Drop>,
     /// Random disturbances.
     pub rain: Option<Rain>,
+    /// What the borders do with waves, default reflect; `book` has only that.
+    pub borders: Borders,
+    /// Width of the strips in which absorbing borders damp waves (m), two columns to half the shorter side; `None` is 32
+    /// columns, or a quarter of the shorter side where that is less.
+    pub absorb_width_m: Option<f64>,
+    /// Walls that stand in the water, for `waves`.
+    #[serde(rename = "wall")]
+    pub barriers: Vec<Wall>,
+    /// Bodies that move through it, at most 16.
+    #[serde(rename = "body")]
+    pub bodies: Vec<Body>,
 }
 
 /// The simulation that moves a water.

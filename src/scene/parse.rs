@@ -68,8 +68,11 @@ macro_rules! read_number {
         where
             Self: Default,
         {
-            const WHAT: &str =
-                if N == 2 { concat!("two ", $whats, ", each") } else { concat!("three ", $whats, ", each") };
+            const WHAT: &str = match N {
+                2 => concat!("two ", $whats, ", each"),
+                3 => concat!("three ", $whats, ", each"),
+                _ => concat!("four ", $whats, ", each"),
+            };
             fn from_node(node: &Node) -> Option<Self> {
                 let Value::Array(items) = &node.value else { return None };
                 let numbers: Option<Vec<$type>> = items.iter().map(<$type>::from_node).collect();
@@ -181,12 +184,16 @@ impl<'r> Table<'r> {
     /// A number or numbers, if the key is there.
     pub(super) fn maybe<T: Read>(&mut self, key: &'static str, rule: Rule) -> Option<T> {
         let node = self.get(key)?;
+        Some(self.read(node, key, rule))
+    }
+
+    fn read<T: Read>(&self, node: &Node, key: &str, rule: Rule) -> T {
         let Some(value) = T::from_node(node) else {
             // A whole number is of the right type for every key that takes one number.
             let is_range = matches!(node.value, Value::Integer(_)) && T::default().numbers().count() == 1;
             let kind = if is_range { ProblemKind::OutOfRange } else { ProblemKind::WrongType };
             self.refuse(node, key, kind, format_args!("{} {rule}", T::WHAT));
-            return Some(T::default());
+            return T::default();
         };
         for (i, x) in value.numbers().enumerate().filter(|(_, x)| !rule.allows(*x)) {
             let (node, key) = match &node.value {
@@ -196,7 +203,30 @@ impl<'r> Table<'r> {
             let finite = if x.is_finite() || matches!(rule, Rule::Finite) { "" } else { "finite, " };
             self.refuse(node, &key, ProblemKind::OutOfRange, format_args!("{finite}{rule}"));
         }
-        Some(value)
+        value
+    }
+
+    /// An array of at least one of what [`Table::maybe`] reads, if the key is there.
+    pub(super) fn list<T: Read>(&mut self, key: &'static str, rule: Rule) -> Option<Vec<T>> {
+        let node = self.get(key)?;
+        match &node.value {
+            Value::Array(items) if !items.is_empty() => {
+                let item = |(i, item)| self.read(item, &format!("{key}.{i}"), rule);
+                return Some(items.iter().enumerate().map(item).collect());
+            }
+            _ => self.refuse(
+                node,
+                key,
+                ProblemKind::WrongType,
+                format_args!("one or more of {} {rule}", T::WHAT),
+            ),
+        }
+        Some(Vec::new())
+    }
+
+    /// Whether the key is there and a table.
+    pub(super) fn is_table(&mut self, key: &'static str) -> bool {
+        self.get(key).is_some_and(|node| matches!(node.value, Value::Table(_)))
     }
 
     /// A number or numbers that the key must give.

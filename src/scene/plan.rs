@@ -2,7 +2,7 @@
 //! From a scene to what runs: models with their steps, starts, buffers and passes. No GPU is needed: `whitecap check`
 //! prints a plan, a run builds it.
 
-use super::{Heightmap, Model, Scene, SceneError, Start, View, Walls, WaterScene};
+use super::{works, Heightmap, Model, Scene, SceneError, Start, View, Walls, WaterScene};
 use crate::{draw::TerrainGrid, water};
 use glam::{uvec2, vec2, UVec2, Vec2};
 use serde::Serialize;
@@ -39,6 +39,10 @@ pub struct WaterPlan {
     pub height_m: Vec<f32>,
     /// Something falls into it.
     pub is_disturbed: bool,
+    /// Borders that waves leave through, if there are any.
+    pub absorbing: Option<water::Borders>,
+    /// Bodies that move through it, in the world's coordinates.
+    pub bodies: Vec<water::Body>,
 }
 
 /// A scene as it will run.
@@ -107,6 +111,7 @@ impl WaterScene {
                 }
             }
         }
+        self.build_walls(&mut height_m);
         let has_land = height_m.contains(&water::LAND_M);
         let limit = model.longest_stable_s();
         let reason = format!(
@@ -129,6 +134,8 @@ impl WaterScene {
             has_land,
             height_m,
             is_disturbed: !self.drops.is_empty() || self.rain.is_some(),
+            absorbing: self.absorbing(),
+            bodies: self.fleet(),
             model,
         }
     }
@@ -188,7 +195,7 @@ impl Scene {
             }
         }
         let has_terrain = ground.is_some();
-        let terrain = match ground {
+        let mut terrain = match ground {
             Some(ground) => TerrainGrid {
                 cells: uvec2(ground.columns, ground.rows),
                 size_m: Vec2::from(ground.size_m),
@@ -200,6 +207,7 @@ impl Scene {
                 TerrainGrid::flat(vec2(self.extent_m(), self.extent_m()), bed)
             }
         };
+        works::raise_walls(&self.water, &mut terrain);
         let mut plan =
             Plan { waters, terrain, has_terrain, warnings, buffers: Vec::new(), passes: Vec::new() };
         plan.list_buffers(self);
@@ -240,6 +248,14 @@ impl Plan {
                 add("water.disturbances", 16 + 32 * u64::from(DISTURBANCES), why.clone());
                 add("water.disturbance_counts", 12, why);
             }
+            if let Some(borders) = &water.absorbing {
+                add("water.absorb_keep", 4 * u64::from(borders.strip), format!("{because}.borders"));
+            }
+            if !water.bodies.is_empty() {
+                let poses = water.bodies.len() as u64 * (u64::from(water.most_steps) + 1);
+                let bytes = poses * size_of::<water::bodies::Pose>() as u64;
+                add("water.bodies", bytes, format!("{because}.body"));
+            }
         }
         if scene.output.view == View::Shaded {
             let samples = self.terrain.height_m.len() as u64;
@@ -261,8 +277,15 @@ impl Plan {
 
     fn list_passes(&mut self, scene: &Scene) {
         for water in &self.waters {
+            if !water.bodies.is_empty() {
+                self.passes.push(("water.draught".into(), 1.0));
+                self.passes.push(("water.body".into(), water.steps_per_picture));
+            }
             let step = if water.kind == Model::Book { "water.book" } else { "water.waves" };
             self.passes.push((step.into(), water.steps_per_picture));
+            if water.absorbing.is_some() {
+                self.passes.push(("water.absorb".into(), water.steps_per_picture));
+            }
             if water.is_disturbed {
                 self.passes.push((
                     "water.weigh, water.disturb (when something falls)".into(),

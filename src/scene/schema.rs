@@ -14,13 +14,13 @@ use super::{
         Rule::{AtLeastZero, Finite, Within},
         Table,
     },
-    Camera, Drop, Model, Output, Override, Rain, Scene, SceneError, Start, Sun, TerrainSource, View, Walls,
-    WaterScene,
+    works, Camera, Drop, Model, Output, Override, Rain, Scene, SceneError, Start, Sun, TerrainSource, View,
+    Walls, WaterScene,
 };
 
 /// Lengths and places (m): beyond them f32 has no columns left.
-const LENGTH: Rule = Within(1e-4, 1e7);
-const PLACE: Rule = Within(-1e7, 1e7);
+pub(super) const LENGTH: Rule = Within(1e-4, 1e7);
+pub(super) const PLACE: Rule = Within(-1e7, 1e7);
 
 /// Most steps that a picture may take: beyond it a run would seem to hang.
 const MOST_STEPS: f64 = 10_000.0;
@@ -180,17 +180,21 @@ fn water(
         Model::Book => (1.0, &[("dropped", Walls::Dropped)]),
         Model::Waves => (0.25, &[("folded", Walls::Folded), ("dropped", Walls::Dropped)]),
     };
-    let cells = table.number("cells", Within(1.0, 16384.0));
+    let cells: [u32; 2] = table.number("cells", Within(1.0, 16384.0));
+    let size_m: [f32; 2] = match table.maybe("size_m", LENGTH).or(terrain.map(|terrain| terrain.size_m)) {
+        Some(size_m) => size_m,
+        None => table.number("size_m", LENGTH),
+    };
+    let column_m = f64::from(size_m[0]) / f64::from(cells[0].max(1));
+    let level_m = table.maybe("level_m", PLACE).unwrap_or(0.0);
+    let depth_m = table.number("depth_m", LENGTH);
     let water = WaterScene {
         name,
         model,
         cells,
-        size_m: match table.maybe("size_m", LENGTH).or(terrain.map(|terrain| terrain.size_m)) {
-            Some(size_m) => size_m,
-            None => table.number("size_m", LENGTH),
-        },
-        level_m: table.maybe("level_m", PLACE).unwrap_or(0.0),
-        depth_m: table.number("depth_m", LENGTH),
+        size_m,
+        level_m,
+        depth_m,
         gravity_mps2: table.maybe("gravity_mps2", Within(1e-6, 1e6)).unwrap_or(9.81),
         damping_per_s: table.maybe("damping_per_s", Within(0.0, 100.0)).unwrap_or(0.03),
         diagonal: table.maybe("diagonal", Within(0.0, 1.0)).unwrap_or(diagonal),
@@ -200,10 +204,15 @@ fn water(
         start: table.table("start").map_or(Start::Flat, |table| start(table, cells)),
         drops: table.tables("drop").into_iter().map(|table| drop(table, model)).collect(),
         rain: table.table("rain").map(|table| rain(table, model)),
+        borders: works::borders(&mut table),
+        absorb_width_m: table.maybe("absorb_width_m", LENGTH),
+        barriers: table.tables("wall").into_iter().map(|table| works::wall(table, depth_m)).collect(),
+        bodies: table.tables("body").into_iter().map(|table| works::body(table, column_m)).collect(),
     };
     // Only numbers that are right each by itself can be wrong together.
     if table.is_clean() {
         check_together(&table, &water, fps);
+        works::check(&table, &water);
     }
     table.finish();
     water

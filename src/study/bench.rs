@@ -31,12 +31,14 @@ const LARGEST_ON_CPU: u32 = 2048;
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
     [("system", "copy/kernel"), ("system", "copy/command"), ("system", "empty")];
-const WATER: [&str; 15] = [
+const WATER: [&str; 17] = [
     "book",
     "waves/w0",
     "waves/w0.25",
     "waves/w1",
     "waves/w0.25/land",
+    "waves/fourth",
+    "waves/fourth/land",
     "waves/fused/w0.25",
     "waves/fused/w1",
     "waves/fused/w0.25/land",
@@ -212,7 +214,7 @@ fn water(gpu: &Gpu, variant: &str, size: u32, tunings: Tunings, effort: Effort) 
         return Err(Error::Wrong { variant: variant.into(), apart, allowed: ROUNDING });
     }
     let model = scheme.model(starts::model(UVec2::splat(size), scheme.diagonal));
-    model.check().map_err(crate::water::Error::from)?;
+    scheme.check(&model).map_err(crate::water::Error::from)?;
     let model = Model { damping_per_s: 0.0, ..model };
     let start = if scheme.has_land { starts::islands(model) } else { starts::noise(model) };
     Basin::tuned(gpu, scheme, &start, tunings)?.time(effort)

@@ -21,7 +21,8 @@ pub const NAME: &str = "water linear";
 /// What the error is.
 pub const METRIC: &str = "relative L2 of the heights at 2 L / c";
 
-const VARIANTS: [&str; 5] = ["book", "waves/w0", "waves/w0.25", "waves/w1", "waves/fused/w0.25"];
+const VARIANTS: [&str; 6] =
+    ["book", "waves/w0", "waves/w0.25", "waves/w1", "waves/fourth", "waves/fused/w0.25"];
 /// The book's own step at 60 frames a second (columns a step).
 const BOOK_COURANT: f64 = 0.0707;
 /// Of the basin (m); with waves of 1 m/s, so that they cross it in 10 s. Cost per simulated second is in these units.
@@ -38,7 +39,7 @@ fn model(scheme: Scheme, cells: u32) -> Model {
 /// Courant numbers up to the limit, and 0.95 of it.
 fn courants(variant: &str, limit: f64, quick: bool) -> Vec<f64> {
     let slow = if variant == "book" { BOOK_COURANT } else { 0.07 };
-    let mut all = vec![0.35, 0.7, 0.86, 0.99, 0.95 * limit];
+    let mut all = vec![0.35, 0.7, 0.8, 0.86, 0.99, 0.95 * limit];
     if !quick || variant == "book" {
         all.push(slow);
     }
@@ -76,7 +77,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<StudyRe
             let start = starts::Start { model, ..start.clone() };
             let timing =
                 Basin::new(gpu, scheme, &start)?.time(Effort { budget_s: 2.0, ..Effort::full(gpu) })?;
-            for courant in courants(variant, model.courant_limit(), quick) {
+            for courant in courants(variant, scheme.courant_limit(&model), quick) {
                 // A whole number of steps, none longer than asked for.
                 let steps = (2.0 * f64::from(size) / courant).ceil() as u32;
                 let model = model.with_courant(2.0 * f64::from(size) / f64::from(steps));

@@ -5,20 +5,23 @@ use super::Result;
 use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
-        cpu, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Fused,
-        FusedState, FusedTuning, Model, Params, Pipes, PipesState, PipesTuning, Tuning, Walls, Waves,
-        WavesState, LAND_M,
+        cpu, cpu_fourth, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb, DisturbParams,
+        Disturbance, Fourth, FourthState, Fused, FusedState, FusedTuning, Invalid, Model, Params, Pipes,
+        PipesState, PipesTuning, Tuning, Walls, Waves, WavesState, LAND_M,
     },
 };
 use glam::UVec2;
 use std::time::Instant;
 
 /// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land and
-/// `/fused` if it takes several steps a dispatch, or `pipes` with the same options.
+/// `/fused` if it takes several steps a dispatch, or `waves/fourth`, with `/land` too, or `pipes` with the options of
+/// `waves/w0.25`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
-    /// The kernel is `water.book`, else `water.waves`.
+    /// The kernel is `water.book`, else `water.waves` or `water.fourth`.
     pub is_book: bool,
+    /// The kernel is `water.fourth`.
+    pub is_fourth: bool,
     /// Weight of a diagonal pipe.
     pub diagonal: f64,
     /// The kernel is built to look for land.
@@ -36,12 +39,12 @@ impl Scheme {
     /// If it names none: variants are written in tables of this crate.
     pub fn named(variant: &str) -> Self {
         let kernel = variant.split('/').next().unwrap_or_default();
-        let (is_book, is_pipes) = (kernel == "book", kernel == "pipes");
-        let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
-        let diagonal =
-            weight.or(is_book.then_some(1.0)).unwrap_or_else(|| panic!("`{variant}` names no scheme"));
         let has = |wanted: &str| variant.split('/').any(|option| option == wanted);
-        Self { is_book, diagonal, has_land: has("land"), is_fused: has("fused"), is_pipes }
+        let (is_book, is_pipes, is_fourth) = (kernel == "book", kernel == "pipes", has("fourth"));
+        let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
+        let weight = weight.or(is_book.then_some(1.0)).or(is_fourth.then_some(0.25));
+        let diagonal = weight.unwrap_or_else(|| panic!("`{variant}` names no scheme"));
+        Self { is_book, is_fourth, diagonal, has_land: has("land"), is_fused: has("fused"), is_pipes }
     }
 
     /// Read once and written once by a dispatch, for each column.
@@ -50,6 +53,25 @@ impl Scheme {
             (false, false, _) => 16.0,
             (false, true, false) => 24.0,
             _ => 40.0,
+        }
+    }
+
+    /// Courant number of the longest stable step of `model`.
+    pub fn courant_limit(self, model: &Model) -> f64 {
+        if self.is_fourth {
+            model.fourth_order_limit()
+        } else {
+            model.courant_limit()
+        }
+    }
+
+    /// # Errors
+    /// The first parameter of `model` that the scheme does not take.
+    pub fn check(self, model: &Model) -> std::result::Result<(), Invalid> {
+        if self.is_fourth {
+            model.check_fourth_order()
+        } else {
+            model.check()
         }
     }
 
@@ -77,7 +99,7 @@ pub fn book_constants(cells: UVec2) -> Model {
 /// How each kernel cuts up the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tunings {
-    /// Of `water.waves` and `water.pipes`.
+    /// Of `water.waves`, `water.fourth` and `water.pipes`.
     pub waves: Tuning,
     /// Of `water.fused`.
     pub fused: FusedTuning,
@@ -112,11 +134,13 @@ enum State {
     Book(BookState),
     Waves(WavesState),
     Fused(FusedState),
+    Fourth(FourthState),
     Pipes(PipesState),
 }
 
 impl State {
-    fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
+    /// Steps, of which the first may be the one from rest, with half the pull.
+    fn record(&mut self, rec: &mut Recorder<'_>, model: &Model, is_first: bool, steps: u32) {
         let barrier = |rec: &mut Recorder<'_>| rec.barrier(Waves::EXIT, Waves::ENTRY);
         let each = |rec: &mut Recorder<'_>, step: &mut dyn FnMut(&mut Recorder<'_>)| {
             for i in 0..steps {
@@ -126,17 +150,29 @@ impl State {
                 step(rec);
             }
         };
+        let from_rest = |params: Params| if is_first { params.first_from_rest() } else { params };
         match self {
-            Self::Book(state) => each(rec, &mut |rec| state.record(rec, params)),
-            Self::Waves(state) => each(rec, &mut |rec| state.record(rec, params)),
-            Self::Fused(state) => state.record(rec, params, steps),
-            Self::Pipes(state) => state.record(rec, params, steps),
+            Self::Book(state) => {
+                let params = from_rest(model.params(state.pitch()));
+                each(rec, &mut |rec| state.record(rec, &params));
+            }
+            Self::Waves(state) => {
+                let params = from_rest(model.params(state.pitch()));
+                each(rec, &mut |rec| state.record(rec, &params));
+            }
+            Self::Fourth(state) => {
+                let params = model.fourth_order_params(state.pitch());
+                let params = if is_first { params.first_from_rest() } else { params };
+                each(rec, &mut |rec| state.record(rec, &params));
+            }
+            Self::Fused(state) => state.record(rec, &from_rest(model.params(state.pitch())), steps),
+            Self::Pipes(state) => state.record(rec, &from_rest(model.params(state.pitch())), steps),
         }
         barrier(rec);
     }
 }
 
-/// A basin on the GPU, of either model.
+/// A basin on the GPU, of any model.
 pub struct Basin {
     gpu: Gpu,
     submitter: Submitter,
@@ -181,6 +217,10 @@ impl Basin {
             let state = kernel.state(cells)?;
             state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
             State::Fused(state)
+        } else if scheme.is_fourth {
+            let state = Fourth::new(gpu, tunings.waves, scheme.has_land)?.state(cells)?;
+            state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
+            State::Fourth(state)
         } else {
             let state = Waves::new(gpu, tunings.waves, scheme.has_land)?.state(cells)?;
             state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
@@ -191,22 +231,12 @@ impl Basin {
         Ok(Self { gpu: gpu.clone(), submitter, model: start.model, state, steps_a_dispatch })
     }
 
-    fn params(&self) -> Params {
-        match &self.state {
-            State::Book(state) => self.model.params(state.pitch()),
-            State::Waves(state) => self.model.params(state.pitch()),
-            State::Fused(state) => self.model.params(state.pitch()),
-            State::Pipes(state) => self.model.params(state.pitch()),
-        }
-    }
-
     /// The first step from rest, with half the pull: see [`Params::first_from_rest`].
     ///
     /// # Errors
     /// The device's.
     pub fn first_step(&mut self) -> Result<()> {
-        let params = self.params().first_from_rest();
-        self.submitter.run(|rec| self.state.record(rec, &params, 1))?;
+        self.submitter.run(|rec| self.state.record(rec, &self.model, true, 1))?;
         Ok(())
     }
 
@@ -215,11 +245,10 @@ impl Basin {
     /// # Errors
     /// The device's.
     pub fn steps(&mut self, count: u32) -> Result<()> {
-        let params = self.params();
         let mut left = count;
         while left > 0 {
             let batch = left.min(BATCH);
-            self.submitter.run(|rec| self.state.record(rec, &params, batch))?;
+            self.submitter.run(|rec| self.state.record(rec, &self.model, false, batch))?;
             left -= batch;
         }
         Ok(())
@@ -241,6 +270,7 @@ impl Basin {
         let state = match &self.state {
             State::Waves(state) => return Ok(state.download(&self.gpu)?),
             State::Fused(state) => return Ok(state.download(&self.gpu)?),
+            State::Fourth(state) => return Ok(state.download(&self.gpu)?),
             State::Book(state) => state.download(&self.gpu)?,
             State::Pipes(state) => state.download(&self.gpu)?,
         };
@@ -265,11 +295,13 @@ impl Basin {
     /// # Errors
     /// Bad input, or the device's.
     pub fn upload(&mut self, height_m: &[f32]) -> Result<()> {
+        let at_rest = vec![0.0; height_m.len()];
         match &self.state {
             State::Book(state) => state.upload(&self.gpu, height_m)?,
             State::Pipes(state) => state.upload(&self.gpu, height_m)?,
-            State::Waves(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
-            State::Fused(state) => state.upload(&self.gpu, height_m, &vec![0.0; height_m.len()])?,
+            State::Waves(state) => state.upload(&self.gpu, height_m, &at_rest)?,
+            State::Fourth(state) => state.upload(&self.gpu, height_m, &at_rest)?,
+            State::Fused(state) => state.upload(&self.gpu, height_m, &at_rest)?,
         }
         Ok(())
     }
@@ -283,6 +315,7 @@ impl Basin {
             State::Book(state) => (state.surfaces(), state.surface(), [None; 2]),
             State::Pipes(state) => (state.surfaces(), state.surface(), [None; 2]),
             State::Waves(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
+            State::Fourth(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
             State::Fused(state) => (state.surfaces(), state.surface(), state.velocities()),
         };
         let params = DisturbParams {
@@ -309,9 +342,8 @@ impl Basin {
     /// # Errors
     /// The device's.
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
-        let params = self.params();
-        let (gpu, state, steps) = (&self.gpu, &mut self.state, self.steps_a_dispatch);
-        let block = time(gpu, effort, |rec| state.record(rec, &params, steps))?;
+        let (gpu, state, model, steps) = (&self.gpu, &mut self.state, &self.model, self.steps_a_dispatch);
+        let block = time(gpu, effort, |rec| state.record(rec, model, false, steps))?;
         let each = |ms: f64| ms / f64::from(steps);
         let (median_ms, min_ms, p95_ms) = (each(block.median_ms), each(block.min_ms), each(block.p95_ms));
         Ok(Timing { median_ms, min_ms, p95_ms, ..block })
@@ -326,6 +358,10 @@ pub fn twin(scheme: Scheme, start: &Start, steps: u32) -> Vec<f64> {
         twin.height_m
     } else if scheme.is_pipes {
         let mut twin = cpu_pipes::Pipes::<f64>::at_rest(&start.model, &start.height_m);
+        (0..steps).for_each(|_| twin.step());
+        twin.height_m
+    } else if scheme.is_fourth {
+        let mut twin = cpu_fourth::Fourth::<f64>::at_rest(&start.model, &start.height_m);
         (0..steps).for_each(|_| twin.step());
         twin.height_m
     } else {

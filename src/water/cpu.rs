@@ -154,6 +154,14 @@ fn laplacian<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T
     }
 }
 
+/// The stencil's sum at `(x, y)` as pulls, land near or not; `None` on land.
+pub(super) fn pulls<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> Option<T> {
+    let land = T::of(f64::from(LAND_M));
+    let centre = old[y * p.width + x];
+    let at = |dx: isize, dy: isize| neighbour(p, old, land, x, y, dx, dy);
+    (centre != land).then(|| pulls_beside_land(p, land, centre, at))
+}
+
 /// `pull_of` in `glsl/water/waves.glsl`: where there is no land, columns beyond the border are mirror images.
 fn bends<T: Real>(p: &Numbers<T>, old: &[T], x: usize, y: usize) -> T {
     let rows = [y.saturating_sub(1), y, (y + 1).min(p.height - 1)];

@@ -35,6 +35,10 @@ pub struct SurfaceParams {
     pub level_m: f32,
     /// Slope of the fine ripples that the grid is too coarse for.
     pub ripple: f32,
+    /// Depth below which there is foam (m).
+    pub foam_m: f32,
+    /// Unused.
+    pub reserved: u32,
 }
 
 /// A pipeline for the two surfaces between which a model goes to and fro.

@@ -3,18 +3,22 @@
 //! Computation with Direct3D 11", 2011, section 12.1; O'Brien and Hodgins, "Dynamic Simulation of Splashing Fluids",
 //! 1995).
 //!
-//! | kernel                | reads                                 | writes                  | CPU twin             |
-//! | --------------------- | ------------------------------------- | ----------------------- | -------------------- |
-//! | `water.book`          | columns                               | new columns             | [`cpu::Book`]        |
-//! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]       |
-//! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]       |
-//! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`] |
-//! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`] |
-//! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]  |
-//! | `water.shallow_speed` | ground, rise, rise before, velocities | new velocities          | [`cpu_wet::Depths`]  |
-//! | `water.shallow_depth` | ground, rise, velocities              | new rise                | [`cpu_wet::Depths`]  |
-//! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu::weigh`]       |
-//! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu::disturb`]     |
+//! | kernel                | reads                                 | writes                  | CPU twin                |
+//! | --------------------- | ------------------------------------- | ----------------------- | ----------------------- |
+//! | `water.book`          | columns                               | new columns             | [`cpu::Book`]           |
+//! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]          |
+//! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]          |
+//! | `water.fourth`        | height, velocity                      | velocity, new height    | [`cpu_fourth::Fourth`]  |
+//! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
+//! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
+//! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]     |
+//! | `water.shallow_speed` | ground, rise, rise before, velocities | new velocities          | [`cpu_wet::Depths`]     |
+//! | `water.shallow_depth` | ground, rise, velocities              | new rise                | [`cpu_wet::Depths`]     |
+//! | `water.absorb`        | height, velocity                      | height, velocity        | [`cpu_absorb::absorb`]  |
+//! | `water.draught`       | height, poses                         | poses                   | [`cpu_bodies::draught`] |
+//! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]    |
+//! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu::weigh`]          |
+//! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu::disturb`]        |
 //!
 //! [`book`], [`waves`], [`fused`] and [`pipes`] solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid
 //! of square columns in a closed
@@ -28,14 +32,20 @@
 //! water over ground that floods and falls dry, [`shallow`] with advection as well, so that dam breaks and bores come out
 //! right: [`depth`] says how both store a column, [`dam`] has the exact solutions that they are held against.
 
+pub mod absorb;
+pub mod bodies;
 pub mod book;
 pub mod cpu;
+pub mod cpu_absorb;
+pub mod cpu_bodies;
+pub mod cpu_fourth;
 pub mod cpu_pipes;
 pub mod cpu_wet;
 pub mod dam;
 pub mod depth;
 pub mod disturb;
 pub mod draw;
+pub mod fourth;
 pub mod fused;
 pub mod oracle;
 pub mod pipes;
@@ -44,9 +54,12 @@ pub mod starts;
 pub mod waves;
 pub mod wet;
 
+pub use absorb::{Absorb, Absorbing, Borders};
+pub use bodies::{Bodies, Body, BodyList, BodyParams};
 pub use book::{Book, BookState};
 pub use depth::{Columns, DepthModel, DepthParams, DepthState, Rain, Tier};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
+pub use fourth::{Fourth, FourthParams, FourthState};
 pub use fused::{Fused, FusedParams, FusedState, FusedTuning};
 pub use pipes::{Pipes, PipesState, PipesTuning};
 pub use shallow::Shallow;
@@ -156,6 +169,11 @@ impl Model {
     /// # Errors
     /// The first parameter that is out of range.
     pub fn check(&self) -> Result<(), Invalid> {
+        self.check_below(self.longest_stable_s())
+    }
+
+    /// [`Model::check`] with another longest stable step (s).
+    fn check_below(&self, limit: f64) -> Result<(), Invalid> {
         let positive = |key, value: f64| {
             let fits = value.is_finite() && value > 0.0;
             let allowed = "a finite number above 0".into();
@@ -181,7 +199,6 @@ impl Model {
                 (self.cell_m.to_string(), "a size that waves can cross in an f32 of steps".into());
             return Err(Invalid { key: "cell_m", value, allowed });
         }
-        let limit = self.longest_stable_s();
         // A step computed as exactly the limit may come out above it by rounding.
         if self.dt_s > limit * (1.0 + 1e-12) {
             let allowed = format!(

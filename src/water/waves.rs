@@ -7,6 +7,7 @@ use crate::{
     shaders,
 };
 use glam::UVec2;
+use std::ffi::CStr;
 
 /// How the grid is cut up. It changes the speed, never the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,21 +72,7 @@ impl Waves {
     /// # Panics
     /// If there are no cells.
     pub fn state(&self, cells: UVec2) -> Result<WavesState> {
-        let pitch = cells.x.next_multiple_of(4);
-        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
-        let buffer = |name: &str| Buffer::new(&self.gpu, name, bytes, Residence::Device);
-        let heights = [buffer("water.height_m.0")?, buffer("water.height_m.1")?];
-        let velocity = buffer("water.velocity_mps")?;
-        let bind = |from: usize| {
-            self.step.bind(&[
-                ("Height", (&heights[from]).into()),
-                ("Velocity", (&velocity).into()),
-                ("NewHeight", (&heights[1 - from]).into()),
-            ])
-        };
-        let steps = [bind(0)?, bind(1)?];
-        let Self { rows, has_land, .. } = *self;
-        Ok(WavesState { heights, velocity, steps, current: 0, cells, pitch, rows, has_land })
+        WavesState::of(&self.step, &self.gpu, cells, self.rows, self.has_land)
     }
 }
 
@@ -102,19 +89,44 @@ pub struct WavesState {
 }
 
 impl WavesState {
+    /// For `step`, whose blocks are `Height`, `Velocity` and `NewHeight`.
+    pub(super) fn of(step: &Kernel, gpu: &Gpu, cells: UVec2, rows: u32, has_land: bool) -> Result<Self> {
+        let pitch = cells.x.next_multiple_of(4);
+        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
+        let buffer = |name: &str| Buffer::new(gpu, name, bytes, Residence::Device);
+        let heights = [buffer("water.height_m.0")?, buffer("water.height_m.1")?];
+        let velocity = buffer("water.velocity_mps")?;
+        let bind = |from: usize| {
+            step.bind(&[
+                ("Height", (&heights[from]).into()),
+                ("Velocity", (&velocity).into()),
+                ("NewHeight", (&heights[1 - from]).into()),
+            ])
+        };
+        let steps = [bind(0)?, bind(1)?];
+        Ok(Self { heights, velocity, steps, current: 0, cells, pitch, rows, has_land })
+    }
+
     /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the
     /// frame are the caller's: from [`Waves::EXIT`] to [`Waves::ENTRY`] where another step follows.
     ///
     /// # Panics
     /// If `params` are of another grid.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params) {
-        assert_eq!(
-            (params.cells, params.pitch),
-            (self.cells, self.pitch),
-            "grid of the parameters and of the state"
-        );
+        self.record_as(rec, c"water.waves", (params.cells, params.pitch), params);
+    }
+
+    /// One step of whichever kernel the state was made for.
+    pub(super) fn record_as<P: bytemuck::Pod>(
+        &mut self,
+        rec: &mut Recorder<'_>,
+        name: &'static CStr,
+        grid: (UVec2, u32),
+        params: &P,
+    ) {
+        assert_eq!(grid, (self.cells, self.pitch), "grid of the parameters and of the state");
         let threads = [self.pitch / 4, self.cells.y.div_ceil(self.rows), 1];
-        rec.span(c"water.waves", |rec| rec.dispatch(&self.steps[self.current], threads, params));
+        rec.span(name, |rec| rec.dispatch(&self.steps[self.current], threads, params));
         self.current = 1 - self.current;
     }
 

@@ -122,6 +122,8 @@ pub const CASES: &[Case] = &[
             "waves/w0.25",
             "waves/w1",
             "waves/w0.25/land",
+            "waves/fourth",
+            "waves/fourth/land",
             "waves/fused/w0.25",
             "waves/fused/w0.25/land",
             "pipes/w0.25/land",
