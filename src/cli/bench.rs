@@ -18,7 +18,7 @@ pub struct BenchArgs {
     names: Vec<String>,
     #[command(flatten)]
     device: DeviceArgs,
-    /// Edges of the grids (cells), as in 512,1024
+    /// Sizes, as in 512,1024: edges of grids (cells), numbers of particles
     #[arg(long, value_delimiter = ',', value_name = "N,N")]
     sizes: Option<Vec<u32>>,
     /// Time for each row (s)
@@ -84,8 +84,10 @@ fn tune(args: &BenchArgs, gpu: &Gpu) -> Result<(), Failure> {
     for &size in args.sizes.as_deref().unwrap_or(&[1024]) {
         for variant in &variants {
             let rates = progress("tunings", |on| match *variant {
-                fused if fused.contains("/fused/") => bench::sweep_fused(gpu, fused, size, on),
-                plain => Ok(bench::sweep_tuning(gpu, plain, size, on)?.into_iter().map(one_step).collect()),
+                fused if fused.contains("/fused/") => bench::water::sweep_fused(gpu, fused, size, on),
+                plain => {
+                    Ok(bench::water::sweep_tuning(gpu, plain, size, on)?.into_iter().map(one_step).collect())
+                }
             })?;
             if !args.json {
                 let headers = ["group", "rows", "steps", "buffers", "G cell-steps/s"];

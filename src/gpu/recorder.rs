@@ -180,6 +180,43 @@ impl<'g> Recorder<'g> {
         }
     }
 
+    /// Dispatches as many workgroups as three `u32` at `offset` of `groups` say when the GPU gets there: write them on the
+    /// GPU, and barrier to [`Access::IndirectRead`].
+    ///
+    /// # Panics
+    /// As [`Recorder::dispatch`], or if the words are not all in `groups`.
+    pub fn dispatch_indirect<P: bytemuck::Pod>(
+        &mut self,
+        bound: &Bound,
+        groups: &Buffer,
+        offset: u64,
+        params: &P,
+    ) {
+        let program = bound.program();
+        assert!(program.interface.local_size.is_some(), "{:?} is no kernel", program.name);
+        self.indirect(groups, offset, 12);
+        self.bind(bound, params);
+        unsafe { self.gpu.device().cmd_dispatch_indirect(self.cmd, groups.raw(), offset) };
+    }
+
+    /// Draws as four `u32` at `offset` of `args` say when the GPU gets there: vertices, instances, first vertex, first
+    /// instance; inside [`Recorder::render`].
+    ///
+    /// # Panics
+    /// As [`Recorder::draw`], or if the words are not all in `args`.
+    pub fn draw_indirect<P: bytemuck::Pod>(&mut self, bound: &Bound, args: &Buffer, offset: u64, params: &P) {
+        assert!(bound.program().interface.local_size.is_none(), "{:?} is a kernel", bound.program().name);
+        self.indirect(args, offset, 16);
+        self.bind(bound, params);
+        unsafe { self.gpu.device().cmd_draw_indirect(self.cmd, args.raw(), offset, 1, 16) };
+    }
+
+    fn indirect(&mut self, words: &Buffer, offset: u64, bytes: u64) {
+        let fits = offset.is_multiple_of(4) && offset + bytes <= words.bytes();
+        assert!(fits, "{bytes} bytes at {offset} of `{}`, which has {}", words.name(), words.bytes());
+        self.keep(|| Kept::Buffer(words.clone()));
+    }
+
     fn bind<P: bytemuck::Pod>(&mut self, bound: &Bound, params: &P) {
         self.keep(|| Kept::Bound(bound.clone()));
         let program = bound.program();
