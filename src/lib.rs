@@ -3,6 +3,7 @@
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
+//! - [`disks`]: disks and spheres that collide, sorted into cells.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - `scene`: scene files, checked and explained (feature `tools`).
@@ -11,6 +12,7 @@
 #![warn(missing_docs)]
 
 pub mod clock;
+pub mod disks;
 pub mod draw;
 pub mod gpu;
 pub mod random;
