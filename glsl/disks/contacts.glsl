@@ -4,10 +4,12 @@
 #include "disks/box.glsl"
 
 layout(set = 0, binding = 0, std430) readonly buffer Place { vec4 place_m[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Motion { Motion_t motion[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Start { uint start[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Partner { uint partner[]; };
-layout(set = 0, binding = 4, std430) writeonly buffer Hit { uint hit[]; };  // by id: step of the last hit
+layout(set = 0, binding = 1, std430) readonly buffer Start { uint start[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer Partner { uint partner[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Hit { uint hit[]; };  // by id: step of the last hit
+#if DIMENSIONS == 3
+layout(set = 0, binding = 4, std430) readonly buffer Motion { Motion_t motion[]; };
+#endif
 
 vec4 place;
 uint found = NONE;
@@ -27,5 +29,9 @@ void main() {
     place = place_m[i];
     visit(i, place);
     partner[i] = found;
+#if DIMENSIONS == 2
+    if (found != NONE) hit[id_of(place, vec2(0.0))] = p.step;
+#else
     if (found != NONE) hit[id_of(place, motion[i])] = p.step;
+#endif
 }

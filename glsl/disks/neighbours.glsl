@@ -40,8 +40,8 @@ int extent(int lo, int hi, int n) {
     return PERIODIC ? min(hi - lo + 1, n) : min(hi, n - 1) - max(lo, 0) + 1;
 }
 int cell_along(int lo, int hi, int n, int j) {
-    if (!PERIODIC) return max(lo, 0) + j;
-    return hi - lo + 1 >= n ? j : (lo + j + n) % n;
+    int wrapped = hi - lo + 1 >= n ? j : (lo + j + n) % n;
+    return PERIODIC ? wrapped : max(lo, 0) + j;
 }
 
 void meet_far(uint i, ivecd c, ivecd reach) {

@@ -1,6 +1,6 @@
 // What the last step left to be done for each disk, then a step forward, and the count of each cell.
 //     seed:      out of every overlap by 0.51 of it; one contact that is the only one of both is elastic, several reverse
-//     matching:  out of what still overlaps, the lighter one more
+//     matching:  out of what still overlaps, the lighter one more, by a radius at most
 //     all:       x' = x + v dt + g dt^2 / 2,  v' = v + g dt,  mirrored by walls or led round
 // CPU twin: disks::cpu::Disks::travel.
 #include "disks/disks.glsl"
@@ -22,7 +22,8 @@ layout(set = 0, binding = 9, std430) buffer Impulse { vec2 impulse[]; };     // 
 #include "disks/contact.glsl"
 
 const uint SEED = 0u, GAUSS_SEIDEL = 1u, MATCHING = 2u;
-const float RELAX = 0.6;  // part of the pushes of several contacts that is applied
+const float RELAX = 0.5;  // part of an overlap that a step takes away: with more, dense layers swing
+const uint CROWD = DIMENSIONS == 2 ? 6u : 12u;  // disks of one size that can touch another: who has more flees
 
 vec4 place;
 uint id;
@@ -39,7 +40,7 @@ void meet(uint k) {
         push_m -= d / far * (0.51 * (reach - far));
     } else {
         float mass = mass_of(radius), other_mass = mass_of(radius_of(other));
-        push_m -= axis_of(d, reach, id, id_of(other, motion[k])) * (other_mass / (mass + other_mass) * (reach - far));
+        push_m -= axis_of(d, reach, id, id_of(other, motion[k])) * (RELAX * other_mass / (mass + other_mass) * (reach - far));
     }
 }
 
@@ -73,8 +74,10 @@ void main() {
         if (is_awake) wake[i] = 0u;
         if (is_awake || partner[i] != NONE) {
             visit(i, place);
-            if (contacts > 1u) push_m *= RELAX;
-            if (contacts > 0u) at += push_m * (radius / max(length(push_m), radius));  // half a diameter at most
+            float far = length(push_m);
+            bool is_crowded = contacts > CROWD && !(HAS_LARGE && i < p.large) && far > 0.0;
+            if (far > radius || is_crowded) push_m *= radius / far;
+            at += push_m;
         }
     }
 

@@ -128,6 +128,15 @@ impl From<water::Error> for Failure {
     }
 }
 
+impl From<whitecap::disks::Error> for Failure {
+    fn from(error: whitecap::disks::Error) -> Self {
+        match error {
+            whitecap::disks::Error::Gpu(error) => error.into(),
+            whitecap::disks::Error::Invalid(invalid) => Self::input(invalid),
+        }
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)
@@ -145,6 +154,7 @@ impl From<study::Error> for Failure {
     fn from(error: study::Error) -> Self {
         match error {
             study::Error::Water(error) => error.into(),
+            study::Error::Disks(error) => error.into(),
             study::Error::Gpu(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),

@@ -4,7 +4,7 @@
 
 use super::model::{Borders, Disk, Model};
 
-/// A wall across `axis`, the lower or the upper.
+/// What happens to a disk next: another disk, a wall across an axis, or that it looks ahead again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
     Pair(usize),
@@ -79,7 +79,7 @@ impl Exact {
         self.now_s = to_s;
     }
 
-    /// Finds the next event of disk `i`, and tells a partner for whom it is the next as well.
+    /// Finds the next event of disk `i`. Its partner may know of an earlier one: the first of all is taken.
     fn predict(&mut self, i: usize) {
         let me = self.disks[i];
         // Looked at again before a relative way of a quarter of the box: beyond it another image may be nearer.
@@ -113,27 +113,11 @@ impl Exact {
                 continue;
             }
             let when = self.now_s + (c / (disc.sqrt() - b)).max(0.0);
-            if when < best.0 && when < self.next_of(k) {
+            if when < best.0 {
                 best = (when, Event::Pair(k));
             }
         }
         self.next[i] = best;
-        if let Event::Pair(k) = best.1 {
-            if let (_, Event::Pair(left)) = self.next[k] {
-                // Whoever is left alone looks again, when its partner would have come.
-                if left != i {
-                    self.next[left].1 = Event::Nothing;
-                }
-            }
-            self.next[k] = (best.0, Event::Pair(i));
-        }
-    }
-
-    fn next_of(&self, k: usize) -> f64 {
-        match self.next[k].1 {
-            Event::Nothing if self.next[k].0 <= self.now_s => f64::INFINITY,
-            _ => self.next[k].0,
-        }
     }
 
     fn collide(&mut self, i: usize, k: usize) {
@@ -157,18 +141,9 @@ impl Exact {
 
     /// Looks ahead for those that changed, and for those that were to meet them.
     fn after(&mut self, changed: &[usize]) {
-        for &i in changed {
-            self.next[i] = (self.now_s, Event::Nothing);
-        }
         for k in 0..self.disks.len() {
-            if matches!(self.next[k].1, Event::Pair(other) if changed.contains(&other)) {
-                self.next[k].1 = Event::Nothing;
-                self.next[k].0 = self.now_s;
-            }
-        }
-        changed.iter().for_each(|&i| self.predict(i));
-        for k in 0..self.disks.len() {
-            if self.next[k] == (self.now_s, Event::Nothing) {
+            let was_to_meet = matches!(self.next[k].1, Event::Pair(other) if changed.contains(&other));
+            if was_to_meet || changed.contains(&k) {
                 self.predict(k);
             }
         }

@@ -32,7 +32,8 @@ pub struct ListDisk {
 }
 
 const GROUP: u32 = 256;
-const NAMES: [&CStr; 4] = [c"disks.list_clear", c"disks.list_move", c"disks.list_position", c"disks.list_velocity"];
+const NAMES: [&CStr; 4] =
+    [c"disks.list_clear", c"disks.list_move", c"disks.list_position", c"disks.list_velocity"];
 
 /// The kernels, for disks between walls.
 pub struct List {
@@ -97,7 +98,12 @@ impl List {
             self.kernels[2].bind(&lists)?,
             self.kernels[3].bind(&lists)?,
         ];
-        Ok(ListState { bound, records, params: Params::new(model, &grid, disks.len()), cells: grid.count() as u64 })
+        Ok(ListState {
+            bound,
+            records,
+            params: Params::new(model, &grid, disks.len()),
+            cells: grid.count() as u64,
+        })
     }
 }
 

@@ -163,11 +163,7 @@ impl Grid {
                 n
             }
         });
-        Self {
-            cells: UVec3::new(x, y, if dimensions == 2 { 1 } else { z }),
-            large: large as u32,
-            small_m,
-        }
+        Self { cells: UVec3::new(x, y, if dimensions == 2 { 1 } else { z }), large: large as u32, small_m }
     }
 
     /// How many there are.
@@ -260,7 +256,8 @@ impl Model {
     /// # Errors
     /// The first parameter out of its range.
     pub fn check(&self, disks: &[Disk]) -> Result<(), Invalid> {
-        let invalid = |key, value: String, allowed: &str| Err(Invalid { key, value, allowed: allowed.into() });
+        let invalid =
+            |key, value: String, allowed: &str| Err(Invalid { key, value, allowed: allowed.into() });
         let dimensions = self.space.dimensions() as usize;
         let size = &self.size_m.to_array()[..dimensions];
         if !size.iter().all(|s| (1e-6..=1e6).contains(s)) {

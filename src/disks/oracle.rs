@@ -9,9 +9,7 @@ use glam::DVec3;
 pub fn pressure(space: Space, packing: f64) -> f64 {
     match space {
         Space::Flat => (1.0 + packing.powi(2) / 8.0) / (1.0 - packing).powi(2),
-        Space::Solid => {
-            (1.0 + packing + packing.powi(2) - packing.powi(3)) / (1.0 - packing).powi(3)
-        }
+        Space::Solid => (1.0 + packing + packing.powi(2) - packing.powi(3)) / (1.0 - packing).powi(3),
     }
 }
 

@@ -91,21 +91,22 @@ impl Buffers {
     }
 }
 
-const TRAVEL: &[&str] = &[
-    "Place", "Motion", "Start", "Partner", "Wake", "NewPlace", "NewMotion", "Key", "Count", "Impulse",
-];
+const TRAVEL: &[&str] =
+    &["Place", "Motion", "Start", "Partner", "Wake", "NewPlace", "NewMotion", "Key", "Count", "Impulse"];
 const SUMS: &[&str] = &["Count", "Sums"];
 const STARTS: &[&str] = &["Sums", "Count", "Start"];
 const SLOT: &[&str] = &["Key", "Start", "Slot"];
 const GATHER: &[&str] = &["Slot", "Start", "NewPlace", "NewMotion", "Place", "Motion"];
-const CONTACTS: &[&str] = &["Place", "Motion", "Start", "Partner", "Hit"];
+const CONTACTS: &[&str] = &["Place", "Start", "Partner", "Hit"];
+const CONTACTS_SOLID: &[&str] = &["Place", "Start", "Partner", "Hit", "Motion"];
 const PROPOSE: &[&str] = &["Place", "Motion", "Start", "Partner", "Wake"];
 const COLLIDE: &[&str] = &["Place", "Motion", "Start", "Partner", "Wake", "Hit", "Impulse"];
 const SWEEP: &[&str] = &["Place", "Motion", "Start", "Hit", "Impulse"];
 
-fn respond_blocks(response: Response) -> &'static [&'static [&'static str]] {
+fn respond_blocks(space: Space, response: Response) -> &'static [&'static [&'static str]] {
     match response {
-        Response::Seed => &[CONTACTS],
+        Response::Seed if space == Space::Flat => &[CONTACTS],
+        Response::Seed => &[CONTACTS_SOLID],
         Response::GaussSeidel => &[SWEEP],
         Response::Matching { .. } => &[PROPOSE, COLLIDE],
     }
@@ -152,7 +153,7 @@ impl Sorted {
                 c"disks.contacts_solid",
                 shaders::DISKS_CONTACTS_COMP,
                 shaders::DISKS_CONTACTS_SOLID_COMP,
-                CONTACTS,
+                respond_blocks(model.space, model.response)[0],
                 &[periodic, large],
             )?],
             Response::GaussSeidel => vec![kernel(
@@ -182,7 +183,8 @@ impl Sorted {
                 )?,
             ],
         };
-        let scan = |name, spv, blocks| Kernel::new::<()>(gpu, &KernelInfo { name, spv, blocks, constants: &[] });
+        let scan =
+            |name, spv, blocks| Kernel::new::<()>(gpu, &KernelInfo { name, spv, blocks, constants: &[] });
         Ok(Self {
             travel: kernel(
                 c"disks.travel",
@@ -268,7 +270,7 @@ impl Sorted {
             rec.fill(&buffers.partner, super::cpu::NONE);
             rec.barrier(Access::FillWrite, Self::ENTRY);
         })?;
-        let respond = self.respond.iter().zip(respond_blocks(self.response));
+        let respond = self.respond.iter().zip(respond_blocks(self.space, self.response));
         Ok(SortedState {
             travel: buffers.bind(&self.travel, TRAVEL)?,
             sums: buffers.bind(&self.sums, SUMS)?,
@@ -314,7 +316,8 @@ impl SortedState {
         self.params.step += 1;
         let p = self.params.stirred(stir);
         let all = spread(u64::from(p.disks), self.group);
-        let between = |rec: &mut Recorder<'_>| rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+        let between =
+            |rec: &mut Recorder<'_>| rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
         rec.span(c"disks.travel", |rec| rec.dispatch(&self.travel, all, &p));
         between(rec);
         // 256 invocations a block: see glsl/disks/scan.glsl.
@@ -446,7 +449,10 @@ impl SortedState {
     /// # Panics
     /// If the kernels do not measure.
     pub fn impulses(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>> {
-        assert!(self.buffers.impulse.bytes() >= 8 * u64::from(self.params.disks), "the kernels do not measure");
+        assert!(
+            self.buffers.impulse.bytes() >= 8 * u64::from(self.params.disks),
+            "the kernels do not measure"
+        );
         gpu.download(&self.buffers.impulse)
     }
 

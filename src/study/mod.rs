@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod depths;
+pub mod disks;
 pub mod hard;
 pub mod linear;
 pub mod nonlinear;
@@ -28,6 +29,9 @@ pub enum Error {
     /// A basin's.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// A box of disks'.
+    #[error(transparent)]
+    Disks(#[from] crate::disks::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -75,7 +79,7 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>);
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME];
+    let have = [linear::NAME, nonlinear::NAME, disks::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -89,6 +93,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(nonlinear::NAME) {
         studies.extend(nonlinear::study(gpu, quick, progress)?);
+    }
+    if is_wanted(disks::NAME) {
+        studies.extend(disks::study(gpu, quick, progress)?);
     }
     Ok(Study {
         device: gpu.name().into(),
