@@ -13,6 +13,25 @@ const BLOCK: usize = 4096;
 /// `p.color` of the dispatch that has the contacts of large disks.
 const LARGE_ONES: u32 = u32::MAX;
 
+/// How passes are cut up. It changes the speed, never a bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tuning {
+    /// Invocations of a workgroup.
+    pub group: u32,
+    /// Whether passes that search ask for four places before they look at the first.
+    pub loads_ahead: bool,
+}
+
+impl Tuning {
+    /// The fastest on this kind of device (docs/disks.md).
+    pub fn of(gpu: &Gpu) -> Self {
+        match gpu.adapter().is_software() {
+            true => Self { group: 64, loads_ahead: false },
+            false => Self { group: 128, loads_ahead: true },
+        }
+    }
+}
+
 /// The kernels of a response. They hold no box, so one set steps any number of them.
 pub struct Sorted {
     travel: Kernel,
@@ -124,15 +143,15 @@ impl Sorted {
     /// # Errors
     /// If the device does not take the kernels.
     pub fn new(gpu: &Gpu, model: &Model, has_large: bool, measures: bool) -> Result<Self> {
-        let group = if gpu.adapter().is_software() { 64 } else { 128 };
-        Self::tuned(gpu, model, has_large, measures, group)
+        Self::tuned(gpu, model, has_large, measures, Tuning::of(gpu))
     }
 
-    /// [`Sorted::new`] with workgroups of so many invocations: it changes no bit.
+    /// [`Sorted::new`], cut up by hand.
     ///
     /// # Errors
     /// If the device does not take the kernels.
-    pub fn tuned(gpu: &Gpu, model: &Model, has_large: bool, measures: bool, group: u32) -> Result<Self> {
+    pub fn tuned(gpu: &Gpu, model: &Model, has_large: bool, measures: bool, tuning: Tuning) -> Result<Self> {
+        let (group, ahead) = (tuning.group, u32::from(tuning.loads_ahead));
         let is_flat = model.space == Space::Flat;
         let (periodic, large, measured) =
             (u32::from(model.borders == Borders::Periodic), u32::from(has_large), u32::from(measures));
@@ -154,7 +173,7 @@ impl Sorted {
                 shaders::DISKS_CONTACTS_COMP,
                 shaders::DISKS_CONTACTS_SOLID_COMP,
                 respond_blocks(model.space, model.response)[0],
-                &[periodic, large],
+                &[periodic, large, ahead],
             )?],
             Response::GaussSeidel => vec![kernel(
                 c"disks.sweep",
@@ -171,7 +190,7 @@ impl Sorted {
                     shaders::DISKS_PROPOSE_COMP,
                     shaders::DISKS_PROPOSE_SOLID_COMP,
                     PROPOSE,
-                    &[periodic, large, u32::from(rewinds)],
+                    &[periodic, large, u32::from(rewinds), ahead],
                 )?,
                 kernel(
                     c"disks.collide",
