@@ -9,7 +9,7 @@ use super::{
         Table,
     },
     schema::{LENGTH, PLACE},
-    Model, WaterScene,
+    WaterScene,
 };
 use crate::{draw::TerrainGrid, water};
 use glam::{dvec3, uvec2, vec2, DVec3, UVec2, Vec2};
@@ -207,16 +207,8 @@ pub(super) fn body(mut table: Table<'_>, column_m: f64) -> Body {
     Body { shape, yaw_deg, path }
 }
 
-/// What only goes with some models, and what depends on the grid.
+/// What depends on the grid.
 pub(super) fn check(table: &Table<'_>, water: &WaterScene) {
-    if water.model == Model::Book {
-        if water.borders.any_absorbs() {
-            table.conflict("borders", "absorb in model \"waves\" only; the book has no velocity to damp");
-        }
-        if !water.barriers.is_empty() {
-            table.conflict("wall", "is for model \"waves\"; the book's basin is the whole grid");
-        }
-    }
     if water.bodies.len() > water::bodies::MOST as usize {
         let (count, most) = (water.bodies.len(), water::bodies::MOST);
         table.blame("body", ProblemKind::OutOfRange, format!("has {count} bodies; allowed: {most}"));
