@@ -63,6 +63,20 @@ pub(super) struct Wishes {
 /// A key, and what is wrong with its value.
 pub(super) type Refusal = (&'static str, String);
 
+/// A key that does not go with a variant: what that has instead, or not, and what the key goes with.
+struct Lack {
+    key: &'static str,
+    why: &'static str,
+    allowed: String,
+}
+
+impl Lack {
+    fn refusal(&self, variant: &Variant) -> Refusal {
+        let Self { key, why, allowed } = self;
+        (key, format!("does not go with {}, which has {why}; allowed: {allowed}", variant.asked()))
+    }
+}
+
 impl Variant {
     /// As results have it: `waves/w0.25`, `waves/fourth`, `shallow`.
     pub fn name(&self) -> String {
@@ -71,6 +85,12 @@ impl Variant {
             (Model::Waves | Model::Pipes, _) => format!("{}/w{}", self.model.name(), self.diagonal),
             _ => self.model.name().into(),
         }
+    }
+
+    /// As a scene asks for it.
+    fn asked(&self) -> String {
+        let order = if self.order == 4 { " and order 4" } else { "" };
+        format!("model {:?}{order}", self.model.name())
     }
 
     /// The tier, for the models that know the ground.
@@ -112,8 +132,19 @@ impl Choice {
     }
 }
 
+/// Up to here the rules for the model's error are fitted; above it all that is known is that it is large.
+pub const FITTED: f64 = 0.3;
+
+/// An expected error in percent, as far as it is known.
+pub fn percent_expected(share: f64) -> String {
+    if share > FITTED {
+        return format!("over {}", percent(FITTED));
+    }
+    percent(share)
+}
+
 /// A share in percent, to two figures.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     let digits = (1 - (100.0 * share).abs().max(1e-12).log10().floor() as i32).clamp(0, 8) as usize;
     let text = format!("{:.digits$}", 100.0 * share);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
@@ -142,15 +173,15 @@ pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: 
     if let Some(model) = asked {
         let variant = variants.iter().find(|v| v.model == model && v.order == order);
         let variant = variant.copied().unwrap_or(Variant { model, order, diagonal: 0.25 });
-        let refused = refusals(&variant, water, wishes);
+        let refused = lacks(&variant, water, wishes);
         if !refused.is_empty() {
-            return Err(refused);
+            return Err(refused.iter().map(|lack| lack.refusal(&variant)).collect());
         }
     }
     let verdict = |variant: &Variant| {
         let step_s = step_s(water, variant, fps);
         let [model_error, grid_error] = expected_errors(water, variant, span_s, step_s);
-        let mut lacks = refusals(variant, water, wishes);
+        let mut lacks = lacks(variant, water, wishes);
         lacks.extend(features(variant, water, wishes));
         Verdict {
             variant: *variant,
@@ -158,21 +189,21 @@ pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: 
             model_error,
             grid_error,
             ns_per_column_second: cost_ns(water, variant, wishes, fps, step_s) / step_s,
-            lacks: lacks.into_iter().next().map(|(key, why)| format!("{key}: {why}")),
+            lacks: lacks.first().map(|Lack { key, why, .. }| format!("{key}: {why}")),
         }
     };
     let verdicts: Vec<_> = variants.iter().map(verdict).collect();
     let able = |v: &Verdict| match asked {
         // What the scene asks for by name is taken as it is, also where another would be better.
-        Some(model) => v.variant.model == model && refusals(&v.variant, water, wishes).is_empty(),
+        Some(model) => v.variant.model == model && lacks(&v.variant, water, wishes).is_empty(),
         None => v.variant.model != Model::Book && v.lacks.is_none(),
     };
     let able: Vec<usize> = (0..verdicts.len()).filter(|&i| able(&verdicts[i])).collect();
     let Some(&first) = able.first() else {
-        let lacks = |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{} has no {lacks}", v.variant.model.name()));
+        let lacks = |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{:?} for {lacks}", v.variant.model.name()));
         let mut lacks: Vec<_> = verdicts.iter().skip(1).filter_map(lacks).collect();
         lacks.dedup();
-        let why = format!("is left to be chosen, and no model has all that is asked for: {}", lacks.join("; "));
+        let why = format!("is left to be chosen, and none will do: not {}", lacks.join("; "));
         return Err(vec![("model", why)]);
     };
     let chosen = match water.tolerance {
@@ -210,40 +241,39 @@ pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: 
 }
 
 /// Keys that do not go with a variant, whoever asks for it.
-fn refusals(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Refusal> {
+fn lacks(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack> {
     use Model::{Book, Pipes, Shallow, Waves, Wet};
-    let model = variant.model;
     let mut list = Vec::new();
-    let mut refuse = |is_there: bool, key: &'static str, models: &[Model], why: &str| {
-        if is_there && !models.contains(&model) {
+    let mut needs = |is_there: bool, key: &'static str, models: &[Model], why: &'static str| {
+        if is_there && !models.contains(&variant.model) {
             let allowed: Vec<_> = models.iter().map(|model| format!("{:?}", model.name())).collect();
-            list.push((key, format!("does not go with model {:?}, which has {why}; allowed: {}", model.name(), allowed.join(", "))));
+            list.push(Lack { key, why, allowed: allowed.join(", ") });
         }
     };
     let pushes = water.drops.iter().any(|drop| drop.push_m3ps != 0.0);
     let rain = water.rain.as_ref();
-    refuse(pushes, "drop", &[Waves], "no velocity of the surface to push");
-    refuse(rain.is_some_and(|rain| rain.push_m3ps != 0.0), "rain", &[Waves], "no velocity of the surface to push");
-    refuse(rain.is_some_and(|rain| rain.mm_per_h != 0.0), "rain", &[Wet, Shallow], "no land for mm_per_h to fall on");
-    refuse(water.borders.any_absorbs(), "borders", &[Waves], "no velocity of the surface to damp");
-    refuse(!water.barriers.is_empty(), "wall", &[Waves, Pipes, Wet, Shallow], "the whole grid as its basin");
-    refuse(!water.bodies.is_empty(), "body", &[Book, Waves, Pipes], "no level that stays for bodies to float at");
-    refuse(wishes.foam == Some(true), "foam", &[Pipes, Wet, Shallow], "no flows to show");
-    refuse(wishes.diagonal.is_some(), "diagonal", &[Book, Waves, Pipes], "no diagonal pipes");
-    refuse(wishes.walls == Some(Walls::Folded), "walls", &[Waves, Pipes], "no diagonal pipes to fold");
-    refuse(wishes.walls == Some(Walls::Dropped), "walls", &[Book, Waves, Pipes], "no diagonal pipes to drop");
-    refuse(wishes.order == Some(4), "order", &[Waves], "order 2");
-    if model == Waves && variant.order == 4 {
-        if wishes.diagonal.is_some_and(|w| w != 0.25) {
-            let why = "does not go with order 4, whose stencil has the same error in all directions; allowed: 0.25";
-            list.push(("diagonal", why.into()));
-        }
-        if wishes.walls == Some(Walls::Dropped) {
-            list.push(("walls", "is \"dropped\", which is of first order; with order 4 allowed: \"folded\"".into()));
-        }
-    }
-    if wishes.order.is_some_and(|order| order != variant.order) && model == Waves {
-        list.push(("order", format!("is not {}", variant.order)));
+    needs(pushes, "drop", &[Waves], "no velocity of the surface to push");
+    needs(rain.is_some_and(|rain| rain.push_m3ps != 0.0), "rain", &[Waves], "no velocity of the surface to push");
+    needs(rain.is_some_and(|rain| rain.mm_per_h != 0.0), "rain", &[Wet, Shallow], "no land for mm_per_h to fall on");
+    needs(water.borders.any_absorbs(), "borders", &[Waves], "no velocity of the surface to damp");
+    needs(!water.barriers.is_empty(), "wall", &[Waves, Pipes, Wet, Shallow], "the whole grid as its basin");
+    needs(!water.bodies.is_empty(), "body", &[Book, Waves, Pipes], "no level that stays, for bodies to float at");
+    needs(wishes.foam == Some(true), "foam", &[Pipes, Wet, Shallow], "no flows to show");
+    needs(wishes.diagonal.is_some(), "diagonal", &[Book, Waves, Pipes], "no diagonal pipes");
+    needs(wishes.walls == Some(Walls::Folded), "walls", &[Waves, Pipes], "no diagonal pipes to fold");
+    needs(wishes.walls == Some(Walls::Dropped), "walls", &[Book, Waves, Pipes], "no diagonal pipes to drop");
+    needs(wishes.order == Some(4), "order", &[Waves], "order 2");
+    if variant.order == 4 {
+        let mut fixed = |is_other: bool, key: &'static str, why: &'static str, allowed: &str| {
+            if is_other {
+                list.push(Lack { key, why, allowed: allowed.into() });
+            }
+        };
+        fixed(wishes.diagonal.is_some_and(|w| w != 0.25), "diagonal", "one stencil", "0.25");
+        fixed(wishes.walls == Some(Walls::Dropped), "walls", "walls that are mirrors", "\"folded\"");
+        fixed(wishes.order == Some(2), "order", "order 4", "4");
+    } else if variant.model == Waves && wishes.order == Some(4) {
+        list.push(Lack { key: "order", why: "order 2", allowed: "2".into() });
     }
     list
 }
@@ -252,19 +282,18 @@ fn refusals(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Refus
 const BREAKING: f64 = 1.0 / 3.0;
 
 /// What a scene has that a variant would get wrong, where the choice is ours.
-fn features(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Refusal> {
+fn features(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack> {
     let mut list = Vec::new();
-    if !variant.model.has_ground() {
-        if wishes.has_terrain {
-            list.push(("terrain", "the bottom is not even, and shores move".into()));
+    let mut wrong = |is_there: bool, key: &'static str, why: &'static str| {
+        if is_there {
+            list.push(Lack { key, why, allowed: String::new() });
         }
-        if !water.sources.is_empty() {
-            list.push(("source", "levels rise, and a drain may fall dry".into()));
-        }
-    }
-    if water.tolerance.is_none() && variant.model != Model::Shallow && breaks(water) {
-        list.push(("start", "it breaks into a bore, which only advection carries".into()));
-    }
+    };
+    let has_ground = variant.model.has_ground();
+    wrong(wishes.has_terrain && !has_ground, "terrain", "the bottom is not even, and shores move");
+    wrong(!water.sources.is_empty() && !has_ground, "source", "levels rise, and a drain may fall dry");
+    let is_rough = variant.model != Model::Shallow && breaks(water);
+    wrong(water.tolerance.is_none() && is_rough, "start", "it breaks into a bore, which only advection carries");
     list
 }
 

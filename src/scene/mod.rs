@@ -39,14 +39,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use choose::{Choice, Variant, Verdict};
+pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use node::Override;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
 pub use water::{Drop, Model, Rain, Source, Start, WaterScene, Walls};
-pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall};
+pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
 /// A scene: everything that a run needs, with defaults filled in and every value within its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]

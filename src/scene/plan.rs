@@ -2,7 +2,7 @@
 //! From a scene to what runs: models with their steps, starts, buffers and passes. No GPU is needed: `whitecap check`
 //! prints a plan, a run builds it.
 
-use super::{choose::percent, works, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene};
+use super::{choose::percent_expected, works, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene};
 use crate::{draw::TerrainGrid, water};
 use glam::{uvec2, vec2, Vec2};
 use serde::Serialize;
@@ -69,9 +69,9 @@ impl WaterScene {
              {:.0} % of the longest stable one",
             taken.name,
             self.choice.reason(self.tolerance),
-            percent(taken.error()),
-            percent(taken.model_error),
-            percent(taken.grid_error),
+            percent_expected(taken.error()),
+            percent_expected(taken.model_error),
+            percent_expected(taken.grid_error),
             simulation.dt_s(),
             100.0 * simulation.dt_s() / simulation.longest_stable_s(),
         );
@@ -128,6 +128,7 @@ impl Scene {
                 cells: uvec2(ground.columns, ground.rows),
                 size_m: Vec2::from(ground.size_m),
                 height_m: ground.height_m,
+                built: Vec::new(),
             },
             // A bed as deep as the deepest water, so that there is something to see through it.
             None => {
@@ -203,7 +204,7 @@ impl Plan {
             let samples = self.terrain.height_m.len() as u64;
             let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
             add("draw.terrain_m", 4 * samples, ground.into());
-            add("draw.light", 8 * samples, ground.into());
+            add("draw.light", 4 * samples, ground.into());
         }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
@@ -224,7 +225,7 @@ impl Plan {
                 self.passes.push(("water.body".into(), water.steps_per_picture));
             }
             for pass in water.simulation.passes() {
-                self.passes.push((pass.into(), water.steps_per_picture));
+                self.passes.push(((*pass).into(), water.steps_per_picture));
             }
             if water.absorbing.is_some() {
                 self.passes.push(("water.absorb".into(), water.steps_per_picture));

@@ -121,13 +121,12 @@ impl WaterScene {
         let Some(tier) = variant.tier() else { return Ok(self.level_water(&variant, fps, ground)) };
         let model = self.depth_model(tier, fps);
         let start_m = self.start_heights();
-        let flat = (self.level_m - self.depth_m as f32).into();
         let bed_m = |i: u32| match ground {
             Some(ground) => {
                 let at = self.column_centre(i);
                 f64::from(ground.height_at(at.x, at.y)) - f64::from(self.level_m)
             }
-            None => flat - f64::from(self.level_m),
+            None => -self.depth_m,
         };
         let bed_m: Vec<f64> = (0..model.cells.element_product()).map(bed_m).collect();
         let mut columns = Columns::at_rest(&bed_m, |i| start_m[i].into());
