@@ -6,7 +6,7 @@ use super::{
     depths::DepthBasin,
     runs::{Basin, Effort, Scheme, Timing},
     shapes::{finite, Point, StudyResult},
-    OnProgress, Progress, Result,
+    Found, OnProgress, Progress, Result,
 };
 use crate::{
     gpu::Gpu,
@@ -75,7 +75,7 @@ impl Problem {
 ///
 /// # Errors
 /// The device's.
-pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<StudyResult>> {
+pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> {
     let problems = [
         ("non-linear, Stoker", Problem::Dam(DamBreak::new(1.0, 0.1))),
         ("non-linear, Ritter", Problem::Dam(DamBreak::new(1.0, 0.0))),
@@ -119,7 +119,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
         result.cheapest = result.cheapest_for(&[0.1, 0.03, 0.01], "waves");
         results.push(result);
     }
-    Ok(results)
+    Ok(Found { studies: results, ..Found::default() })
 }
 
 /// Shorter than a bench's: there are many points.
