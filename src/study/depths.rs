@@ -63,6 +63,20 @@ impl DepthBasin {
             Tier::Wet => Wet::new(gpu, tuning)?.state(model.cells)?,
             Tier::Shallow => Shallow::new(gpu, tuning)?.state(model.cells)?,
         };
+        Self::of(gpu, state, model, columns)
+    }
+
+    /// A basin of [`Tier::Shallow`] without advection.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn without_advection(gpu: &Gpu, model: &DepthModel, columns: &Columns) -> Result<Self> {
+        model.check(Tier::Shallow).map_err(crate::water::Error::from)?;
+        let tuning = Tier::Shallow.tuning(gpu, model.cells);
+        Self::of(gpu, Shallow::without_advection(gpu, tuning)?.state(model.cells)?, model, columns)
+    }
+
+    fn of(gpu: &Gpu, state: DepthState, model: &DepthModel, columns: &Columns) -> Result<Self> {
         state.upload(gpu, columns)?;
         let params = model.params(state.pitch());
         Ok(Self { gpu: gpu.clone(), submitter: Submitter::new(gpu, 0)?, state, params })

@@ -96,11 +96,18 @@ fn headlines(all: &[Headline]) -> String {
         return String::new();
     }
     let item = |headline: &Headline| {
-        let value = headline.value.map_or("not measured".to_owned(), |x| format!("{} {}", short(x), headline.unit));
+        let value =
+            headline.value.map_or("not measured".to_owned(), |x| format!("{} {}", short(x), headline.unit));
         let (what, note) = (escaped(&headline.what), escaped(&headline.note));
-        format!("<li>{what}: <strong>{}</strong>. <span class=\"quiet\">{note}</span></li>\n", escaped(&value))
+        format!(
+            "<li>{what}: <strong>{}</strong>. <span class=\"quiet\">{note}</span></li>\n",
+            escaped(&value)
+        )
     };
-    format!("<section>\n<h2>Findings</h2>\n<ul>\n{}</ul>\n</section>\n", all.iter().map(item).collect::<String>())
+    format!(
+        "<section>\n<h2>Findings</h2>\n<ul>\n{}</ul>\n</section>\n",
+        all.iter().map(item).collect::<String>()
+    )
 }
 
 fn parts(all: &[Parts]) -> String {

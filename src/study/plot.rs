@@ -49,7 +49,8 @@ const LINE: f64 = 21.0;
 
 /// Okabe and Ito's palette without its yellow, which is too light for lines on white, and three more.
 const COLOURS: [&str; 10] = [
-    "#222222", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7b5bb5", "#8c564b", "#7f8c1d",
+    "#222222", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7b5bb5", "#8c564b",
+    "#7f8c1d",
 ];
 
 /// Every rule is confined to the plot: the SVG may stand inside a page, whose text has the same classes.
@@ -137,7 +138,8 @@ fn is_shown(mark: &&Mark) -> bool {
 fn draw(title: &str, x_label: &str, y_label: &str, panels: &[Panel]) -> Result<String, std::fmt::Error> {
     let all = || panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.marks);
     let shown = || all().filter(is_shown).map(|mark| mark.at);
-    let front = pareto_front(all().filter(is_shown).filter(|mark| mark.is_pareto).map(|mark| mark.at).collect());
+    let front =
+        pareto_front(all().filter(is_shown).filter(|mark| mark.is_pareto).map(|mark| mark.at).collect());
     let mut names: Vec<&str> = Vec::new();
     for curve in panels.iter().flat_map(|panel| &panel.curves) {
         if !names.contains(&curve.name.as_str()) {
@@ -240,7 +242,13 @@ fn draw_curve(
 }
 
 /// Lines, numbers and, where there is one, the label of each axis.
-fn axes(s: &mut String, x: &Axis, y: &Axis, x_label: Option<&str>, y_label: Option<&str>) -> std::fmt::Result {
+fn axes(
+    s: &mut String,
+    x: &Axis,
+    y: &Axis,
+    x_label: Option<&str>,
+    y_label: Option<&str>,
+) -> std::fmt::Result {
     let ((left, right), (bottom, top)) = (x.pixels, y.pixels);
     for at in x.minor() {
         writeln!(s, r#"<path class="minor" d="M{at:.1} {top}V{bottom}"/>"#)?;

@@ -379,7 +379,8 @@ impl BookAsPrinted {
                 let i = (x + y * w) as usize;
                 let own = made(x, y);
                 let gain: f64 = own.iter().sum();
-                let loss = made(x - 1, y)[0] + made(x - 1, y - 1)[1] + made(x, y - 1)[2] + made(x + 1, y - 1)[3];
+                let loss =
+                    made(x - 1, y)[0] + made(x - 1, y - 1)[1] + made(x, y - 1)[2] + made(x + 1, y - 1)[3];
                 self.height_m[i] += gain - loss;
                 self.flow[i] = own;
             }

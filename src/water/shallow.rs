@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `shallow`: the shallow-water equations, one step in two dispatches. Reads `glsl/water/shallow_speed.comp` and
-//! `glsl/water/shallow_depth.comp`.
+//! `glsl/water/shallow_depth.comp`. The same kernels leave out advection when asked to: face velocities that carry the
+//! depth of upstream, between `wet` and the whole equations, for studies of what advection is worth.
 
 use super::{
-    depth::{kernel, Buffers, DepthState, Pass, Tier},
+    depth::{kernel, Buffers, DepthParams, DepthState, Pass, Tier},
     Tuning,
 };
 use crate::{
-    gpu::{Gpu, Kernel, Result},
+    gpu::{Gpu, Kernel, KernelInfo, Result},
     shaders,
 };
 use glam::UVec2;
@@ -24,11 +25,29 @@ impl Shallow {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        Self::with(gpu, tuning, true)
+    }
+
+    /// Velocities that gravity alone changes: cheaper only in what is computed, not in what is read and written.
+    ///
+    /// # Errors
+    /// If the device does not take the tuning.
+    pub fn without_advection(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        Self::with(gpu, tuning, false)
+    }
+
+    fn with(gpu: &Gpu, tuning: Tuning, has_advection: bool) -> Result<Self> {
         let speed_blocks = ["Bed", "Rise", "Before", "Speed", "NewSpeed"];
         let depth_blocks = ["Bed", "Rise", "Flow", "NewRise"];
-        let (speed, depth) = (shaders::WATER_SHALLOW_SPEED_COMP, shaders::WATER_SHALLOW_DEPTH_COMP);
+        let speed = KernelInfo {
+            name: c"water.shallow_speed",
+            spv: shaders::WATER_SHALLOW_SPEED_COMP,
+            blocks: &speed_blocks,
+            constants: &[tuning.group.x, tuning.group.y, tuning.rows, u32::from(has_advection)],
+        };
+        let depth = shaders::WATER_SHALLOW_DEPTH_COMP;
         Ok(Self {
-            speed: kernel(gpu, c"water.shallow_speed", speed, &speed_blocks, tuning)?,
+            speed: Kernel::new::<DepthParams>(gpu, &speed)?,
             depth: kernel(gpu, c"water.shallow_depth", depth, &depth_blocks, tuning)?,
             tuning,
             gpu: gpu.clone(),
