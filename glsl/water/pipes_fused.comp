@@ -5,7 +5,7 @@
 #include "water/pipes.glsl"
 
 // Columns of water joined by pipes, several steps a dispatch: to the bit what as many dispatches of pipes.comp do.
-// Tiles, halo and what is shared are those of fused.comp: heights, of each row the first and the last of four, and the
+// Tiles, halo and what is shared are those of fused_pass.glsl: heights, of each row the first and the last of four, and the
 // top and bottom row of each invocation. Flows stay in registers: an invocation keeps those of its neighbours that end in
 // its columns as well (3 a row and 14 above) and steps them itself, which costs less than sharing 4 flows a column.
 // A column costs about 22 flops a step (19 pipes of 3 for 4 columns, 8 for the height), and 14 pipes more for `ROWS` rows.

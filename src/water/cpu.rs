@@ -88,7 +88,7 @@ impl<T: Real> Numbers<T> {
     }
 }
 
-/// Twin of `glsl/water/waves.comp`.
+/// Twin of `glsl/water/waves_pass.glsl`.
 #[derive(Clone, Debug)]
 pub struct Waves<T> {
     /// (m above rest), [`LAND_M`] for land.

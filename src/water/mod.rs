@@ -8,6 +8,10 @@
 //! | `water.book`          | columns                               | new columns             | [`cpu::Book`]           |
 //! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]          |
 //! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]          |
+//! | `water.waves_f16`     | height, velocity                      | velocity, new height    |                         |
+//! | `water.fused_f16`     | height, velocity                      | new height and velocity |                         |
+//! | `water.pack`          | floats                                | halves                  |                         |
+//! | `water.unpack`        | halves                                | floats                  |                         |
 //! | `water.fourth`        | height, velocity                      | velocity, new height    | [`cpu_fourth::Fourth`]  |
 //! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
 //! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
@@ -47,6 +51,7 @@ pub mod disturb;
 pub mod draw;
 pub mod fourth;
 pub mod fused;
+pub mod halves;
 pub mod oracle;
 pub mod pipes;
 pub mod planes;
@@ -62,6 +67,7 @@ pub use depth::{Columns, DepthModel, DepthParams, DepthState, Rain, Tier};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
 pub use fourth::{Fourth, FourthParams, FourthState};
 pub use fused::{Fused, FusedParams, FusedState, FusedTuning};
+pub use halves::{Halves, HalvesState};
 pub use pipes::{Pipes, PipesState, PipesTuning};
 pub use planes::Planes;
 pub use shallow::Shallow;

@@ -1,34 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Several steps a dispatch against one step a dispatch, to the bit.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{gpu, TestGpu};
-use glam::{uvec2, vec2, UVec2};
+use crate::{
+    common::{gpu, TestGpu},
+    GRIDS,
+};
+use glam::{uvec2, vec2};
 use whitecap::{
     gpu::Access,
     water::{
         starts::{self, Start},
-        Disturb, DisturbParams, Disturbance, Disturbances, Fused, FusedState, FusedTuning, Model, Tuning,
-        Walls, Waves, WavesState, LAND_M,
+        Disturb, DisturbParams, Disturbance, Disturbances, Fused, FusedState, FusedTuning, Model, Walls,
+        Waves, WavesState, LAND_M,
     },
 };
 
-/// As in tests/water.rs: nothing divides them, and the smallest there are.
-const GRIDS: [UVec2; 10] = [
-    uvec2(1, 1),
-    uvec2(1, 40),
-    uvec2(40, 1),
-    uvec2(2, 2),
-    uvec2(3, 5),
-    uvec2(17, 33),
-    uvec2(64, 16),
-    uvec2(77, 45),
-    uvec2(255, 257),
-    uvec2(1000, 3),
-];
-const ONE_STEP: Tuning = Tuning { group: uvec2(8, 8), rows: 4 };
 const TUNING: FusedTuning = FusedTuning { group: uvec2(8, 4), rows: 8, steps: 6, buffers: 1 };
 
 const fn tuning(x: u32, y: u32, rows: u32, steps: u32, buffers: u32) -> FusedTuning {
@@ -45,7 +31,7 @@ fn fused_state(gpu: &TestGpu, tuning: FusedTuning, start: &Start) -> FusedState 
 
 fn waves_state(gpu: &TestGpu, start: &Start) -> WavesState {
     let has_land = start.height_m.contains(&LAND_M);
-    let state = Waves::new(gpu, ONE_STEP, has_land).unwrap().state(start.model.cells).unwrap();
+    let state = Waves::new(gpu, crate::TUNING, has_land).unwrap().state(start.model.cells).unwrap();
     state.upload(gpu, &start.height_m, &rising(start)).unwrap();
     state
 }

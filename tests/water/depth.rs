@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Water over ground against its twins, exact solutions, and what must hold whatever the numbers.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{distance, gpu, TestGpu};
+use crate::{
+    common::{distance, gpu, TestGpu},
+    GRIDS, ODD, TUNING,
+};
 use glam::{dvec2, uvec2, vec2, UVec2};
 use std::mem::{offset_of, size_of};
 use whitecap::{
@@ -18,21 +18,6 @@ use whitecap::{
     },
 };
 
-/// Grids that no workgroup and no vector divides, and the smallest there are.
-const GRIDS: [UVec2; 10] = [
-    uvec2(1, 1),
-    uvec2(1, 40),
-    uvec2(40, 1),
-    uvec2(2, 2),
-    uvec2(3, 5),
-    uvec2(17, 33),
-    uvec2(64, 16),
-    uvec2(77, 45),
-    uvec2(255, 257),
-    uvec2(1000, 3),
-];
-const ODD: UVec2 = uvec2(77, 45);
-const TUNING: Tuning = Tuning { group: uvec2(8, 8), rows: 4 };
 const TIERS: [Tier; 2] = [Tier::Wet, Tier::Shallow];
 
 fn model(tier: Tier, cells: UVec2) -> DepthModel {
