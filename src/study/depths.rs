@@ -2,7 +2,7 @@
 //! Basins of any depth for hard cases, benches and studies, as [`super::runs`] has them for waves.
 
 use super::{
-    runs::{time, Effort, Timing},
+    runs::{larger, time, Effort, Timing},
     Result,
 };
 use crate::{
@@ -169,7 +169,7 @@ pub fn from_twin(gpu: &Gpu, tier: Tier, tuning: Tuning, cells: UVec2) -> Result<
     (0..STEPS).for_each(|_| twin.step());
     let got = basin.columns()?.rise_m;
     if twin.rise_m.iter().filter(|h| **h != f64::from(LAND_M)).all(|h| *h == 0.0) {
-        return Ok(got.iter().map(|h| f64::from(h.abs())).fold(0.0, f64::max));
+        return Ok(got.iter().map(|h| f64::from(h.abs())).fold(0.0, larger));
     }
     Ok(super::runs::apart(&got, &twin.rise_m))
 }

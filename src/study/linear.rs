@@ -23,9 +23,10 @@ pub const NAME: &str = "water linear";
 /// What the error is.
 pub const METRIC: &str = "relative L2 of the heights at 2 L / c";
 
-/// Flows stored (`book`, `pipes`), or summed into a velocity (`waves`), one step a dispatch or several (`fused`); by the
+/// Flows stored (`book`, `pipes`), or summed into a velocity (`waves`), in halves (`f16`) or not, one step a dispatch or
+/// several (`fused`); by the
 /// weight of a diagonal pipe: none, isotropic, by its length alone, as wide as the others.
-const VARIANTS: [&str; 16] = [
+const VARIANTS: [&str; 19] = [
     "book",
     "waves/w0",
     "waves/w0.25",
@@ -36,6 +37,9 @@ const VARIANTS: [&str; 16] = [
     "waves/fused/w0.25",
     "waves/fused/w0.7071",
     "waves/fused/w1",
+    "waves/f16/w0",
+    "waves/f16/w0.25",
+    "waves/fused/f16/w0.25",
     "pipes/w0",
     "pipes/w0.25",
     "pipes/w0.7071",
@@ -44,7 +48,7 @@ const VARIANTS: [&str; 16] = [
     "pipes/fused/w0.25",
 ];
 /// Of a study that is to be quick.
-const QUICK: [&str; 8] = [
+const QUICK: [&str; 9] = [
     "book",
     "waves/w0",
     "waves/w0.25",
@@ -52,6 +56,7 @@ const QUICK: [&str; 8] = [
     "waves/w1",
     "waves/fourth",
     "waves/fused/w0.25",
+    "waves/f16/w0.25",
     "pipes/w0.25",
 ];
 /// The listings, leak and all, in their twin: the error is its own, the cost that of `book`, which reads and writes the
@@ -163,7 +168,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
                 let start = Start { model, ..start.clone() };
                 let height_m = heights(gpu, scheme, &start, steps)?;
                 points.push(point(variant, &model, relative_l2(&height_m, &exact), timing));
-                let is_shortest = size == extent.parts[0] && courant <= BOOK_COURANT;
+                let is_shortest = !quick && size == extent.parts[0] && courant <= BOOK_COURANT;
                 if extent.parts.contains(&size)
                     && !scheme.is_fused
                     && (is_shortest || Some(courant) == longest)

@@ -13,7 +13,10 @@ pub mod shapes;
 
 use crate::{
     gpu::{self, Gpu},
-    run::atomic::{write_atomic, FileError},
+    run::{
+        self,
+        atomic::{write_atomic, FileError},
+    },
     water,
 };
 use shapes::{Headline, Parts, Study, StudyResult};
@@ -31,6 +34,9 @@ pub enum Error {
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
+    /// A scene's.
+    #[error(transparent)]
+    Run(#[from] run::RunError),
     /// A report could not be written.
     #[error(transparent)]
     File(#[from] FileError),
