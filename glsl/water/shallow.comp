@@ -25,6 +25,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint LANES = 128u;  // the same number: columns of a workgroup
 layout(constant_id = 2) const uint rows = 64u;
+layout(constant_id = 3) const bool has_advection = true;  // else A is nothing: no bores, but the model of wet in velocities
 
 layout(set = 0, binding = 0, std430) readonly buffer Bed { float bed_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Rise { float rise_m[]; };
@@ -89,6 +90,7 @@ float advance(float here, float back, float ahead, float left, float right, vec4
     precise float head = max(surface.x, surface.y) - max(bed.x, bed.y);
     float a = max(flows.x, 0.0), b = max(-flows.y, 0.0), c = max(flows.z, 0.0), d = max(-flows.w, 0.0);
     precise float brought = (a * (here - back) + b * (here - ahead)) + (c * (here - left) + d * (here - right));
+    brought = has_advection ? brought : 0.0;
     precise float mean = 0.5 * (depth.x + depth.y);
     precise float over = max(mean, p.reach * ((a + b) + (c + d)));
     precise float slope = slope_of(surface.x, surface.y, bed.x, bed.y);

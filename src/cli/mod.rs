@@ -146,6 +146,7 @@ impl From<study::Error> for Failure {
         match error {
             study::Error::Water(error) => error.into(),
             study::Error::Gpu(error) => error.into(),
+            study::Error::Run(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Wrong { .. } => Self::check(error.to_string()),
