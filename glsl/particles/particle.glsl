@@ -13,7 +13,10 @@ struct Particle {
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
 //     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
-// and its specialization constants begin at `constant_id` 5.
+// and its specialization constants begin at `constant_id` 6.
 #define LAW_BINDING 5
+
+// Where nobody is: of a slot that is free. Laws keep particles within half of it.
+const float NOWHERE_M = 3.0e38;
 
 #endif
