@@ -114,7 +114,10 @@ fn views() {
                     terrain_size_m,
                     terrain_cells,
                     pixels,
-                    reserved
+                    daylight,
+                    reserved,
+                    lamp_m,
+                    lamp
                 }
         );
     }

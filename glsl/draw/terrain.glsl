@@ -57,6 +57,13 @@ vec3 terrain_albedo(vec3 at_m, float up, float detail) {
     return albedo * (1.0 - 0.45 * smoothstep(0.3, 0.0, at_m.y));  // wet
 }
 
+// Of the lamp, as if it were a third of a metre across: finite where it touches.
+vec3 lamp_light(vec3 at_m, vec3 normal) {
+    vec3 to_lamp = view.lamp_m.xyz - at_m;
+    float far2 = dot(to_lamp, to_lamp);
+    return view.lamp.rgb * max(dot(normal, to_lamp) * inversesqrt(far2 + 1e-6), 0.0) / (far2 + 0.1);
+}
+
 vec3 terrain_lit(vec3 at_m, vec3 normal, vec2 arrives, float detail) {
     vec3 albedo = terrain_albedo(at_m, normal.y, detail);
     float sun = max(dot(normal, view.to_sun.xyz), 0.0) * arrives.x;

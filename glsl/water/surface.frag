@@ -82,5 +82,5 @@ void main() {
     float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
     vec3 foam = vec3(0.75) * (SUN_LIGHT * arrives.x * max(view.to_sun.y, 0.0) + SKY_LIGHT * arrives.y);
     water = mix(water, foam, 0.55 * edge * bubbles);
-    color = vec4(with_haze(water, from_eye), 1.0);
+    color = vec4(with_haze(water, from_eye) * view.daylight, 1.0);
 }

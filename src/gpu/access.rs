@@ -15,7 +15,7 @@ pub enum Access {
     IndirectRead,
     /// Indices of a draw.
     IndexRead,
-    /// A vertex or fragment shader reads buffers or images.
+    /// A vertex, geometry or fragment shader reads buffers or images.
     GraphicsRead,
     /// Colour attachment, written, blended or resolved.
     ColorWrite,
@@ -45,7 +45,9 @@ impl Access {
             Self::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
             Self::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
             Self::GraphicsRead => {
-                (S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()), A::SHADER_STORAGE_READ)
+                // Before rasterization: vertex and, where the device has it, geometry shaders.
+                let stages = S::PRE_RASTERIZATION_SHADERS.as_raw() | S::FRAGMENT_SHADER.as_raw();
+                (S::from_raw(stages), A::SHADER_STORAGE_READ)
             }
             Self::ColorWrite => {
                 (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))

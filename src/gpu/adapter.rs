@@ -92,6 +92,11 @@ impl Adapter {
         self.kind == kind(vk::PhysicalDeviceType::CPU)
     }
 
+    /// Whether one of [`Adapter::optional`] is there.
+    pub fn has(&self, name: &str) -> bool {
+        self.optional.iter().any(|(known, is_there)| *known == name && *is_there)
+    }
+
     /// A queue family that the caller has chosen.
     pub(super) fn use_family(&mut self, instance: &ash::Instance, family: u32) {
         let families = unsafe { instance.get_physical_device_queue_family_properties(self.physical) };
@@ -137,6 +142,10 @@ impl Adapter {
         self.optional = vec![
             ("graphics queue", self.has_graphics),
             ("geometryShader", base.geometry_shader == vk::TRUE),
+            (
+                "atomics of 64 bits",
+                base.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
+            ),
             ("shaderOutputLayer", v12.shader_output_layer == vk::TRUE),
             ("transform feedback", has(ash::ext::transform_feedback::NAME)),
             ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),

@@ -111,9 +111,18 @@ impl Gpu {
             .synchronization2(true)
             .dynamic_rendering(true)
             .maintenance4(true);
+        // What only some variants use is switched on where it is there.
+        let has_wide_atomics = adapter.has("atomics of 64 bits");
+        let features = vk::PhysicalDeviceFeatures::default()
+            .geometry_shader(adapter.has("geometryShader"))
+            .shader_int64(has_wide_atomics);
+        let mut v12 =
+            vk::PhysicalDeviceVulkan12Features::default().shader_buffer_int64_atomics(has_wide_atomics);
         let info = vk::DeviceCreateInfo::default()
+            .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .push_next(&mut v12)
             .push_next(&mut v13);
         let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
             .or_call_for("vkCreateDevice", &adapter.name)?;
@@ -231,6 +240,16 @@ impl Gpu {
     /// Whether the queue can draw.
     pub fn has_graphics(&self) -> bool {
         self.0.adapter.has_graphics
+    }
+
+    /// Whether pipelines can have geometry shaders; on a caller's device never, as which features it has cannot be asked.
+    pub fn has_geometry_shader(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("geometryShader")
+    }
+
+    /// Whether buffers have atomics of 64 bits; on a caller's device never, as [`Gpu::has_geometry_shader`].
+    pub fn has_wide_atomics(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("atomics of 64 bits")
     }
 
     /// Samples a pixel that pictures are drawn with: 4 where the device has them for colour and depth, else 1.

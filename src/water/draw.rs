@@ -61,6 +61,7 @@ impl SurfaceDraw {
         let shaded = RasterInfo {
             name: c"water.surface",
             vertex: shaders::WATER_SURFACE_VERT,
+            geometry: None,
             fragment: shaders::WATER_SURFACE_FRAG,
             blocks: &["Views", "Terrain", "Light", "Height"],
             constants: &[],

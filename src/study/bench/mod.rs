@@ -2,6 +2,7 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod draw;
 pub mod water;
 
 use super::{
@@ -52,7 +53,7 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE];
+const SUITES: &[Suite] = &[water::SUITE, draw::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
