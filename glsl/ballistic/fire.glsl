@@ -16,5 +16,5 @@ Birth birth(Who who, vec3 emitter_m) {
 Look look(Who who, inout Flight f) {
     float opacity = 1.0 - smoothstep(0.0, 1.0, f.share);
     vec3 glow = mix(vec3(1.0, 0.62, 0.22), vec3(0.85, 0.16, 0.03), f.share);
-    return Look(vec2(1.5 * effect.size), chance(who, 1u).x, vec4(0.35 * opacity * glow, 0.0), false);
+    return Look(vec2(1.5 * effect.size), chance(who, 1u).x, vec4(0.2 * opacity * glow, 0.0), false);
 }

@@ -25,6 +25,6 @@ Birth birth(Who who, vec3 emitter_m) {
 Look look(Who who, inout Flight f) {
     vec3 hue = 0.5 + 0.5 * cos(6.2831853 * (chance_of_burst(who, 1u).x + vec3(0.0, 0.33, 0.67)));
     float left = 1.0 - smoothstep(0.35, 1.0, f.share), flicker = 0.6 + 0.4 * cos_sin_of_turn(fract(9.0 * f.share + chance(who, 1u).x)).x;
-    vec3 glow = mix(hue, vec3(1.0), exp(-6.0 * f.age_s)) * (2.5 * left * flicker);
-    return Look(vec2(0.03 * effect.size, 0.0), 0.0, vec4(glow, 0.0), true);
+    vec3 glow = mix(hue, vec3(1.0), exp(-6.0 * f.age_s)) * (6.0 * left * flicker);
+    return Look(vec2(0.05 * effect.size, 0.0), 0.0, vec4(glow, 0.0), true);
 }

@@ -4,7 +4,7 @@ burst = 5                   # drops in each: 2500 a second
 life_s = 3
 acceleration_mps2 = -1 -9.8 0
 emitter_m = 0 10 0          # the camera
-exposure_s = 0.025
+exposure_s = 0.033
 blend = over
 ground = 1
 */
@@ -26,5 +26,5 @@ Look look(Who who, inout Flight f) {
         f.at_m.y += 0.03;
         return Look(effect.size * vec2(0.05 + 0.16 * part, 0.03 + 0.06 * part), 0.0, vec4(WATER * opacity, opacity), false);
     }
-    return Look(vec2(0.008 * effect.size, 0.0), 0.0, vec4(0.3 * WATER, 0.3), true);
+    return Look(vec2(0.012 * effect.size, 0.0), 0.0, vec4(0.5 * WATER, 0.5), true);
 }

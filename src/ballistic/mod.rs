@@ -17,11 +17,13 @@
 //! steps.
 
 pub mod cpu;
+pub mod draw;
 mod effect;
 mod emission;
 mod ground;
 pub mod stateless;
 
+pub use draw::Drawing;
 pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
 pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;

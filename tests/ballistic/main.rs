@@ -4,6 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod pictures;
 mod time;
 
 use common::{gpu, TestGpu};
