@@ -3,6 +3,7 @@
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
+//! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - [`particles`]: pools of particles with a law.
@@ -11,6 +12,7 @@
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
 #![warn(missing_docs)]
 
+pub mod ballistic;
 pub mod clock;
 pub mod draw;
 pub mod gpu;
