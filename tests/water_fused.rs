@@ -267,7 +267,7 @@ fn a_tuning_that_leaves_nothing_of_a_tile_is_refused() {
 }
 
 #[test]
-#[should_panic(expected = "grid and walls")]
+#[should_panic(expected = "walls of the parameters")]
 fn parameters_of_other_walls_are_refused() {
     let gpu = gpu();
     let start = starts::hump(starts::model(uvec2(17, 33), 0.25));

@@ -6,7 +6,7 @@
 //! level of the water at rest, the rise is that of the surface; where it is above, the rise is the depth. Volumes are
 //! sums of rises, and no offset of heights costs a digit.
 
-use super::{check_heights, Error, Invalid, Surface, Tuning, LAND_M};
+use super::{check_heights, planes, Error, Invalid, Surface, Tuning, LAND_M};
 use crate::gpu::{Access, Bound, Buffer, Gpu, Kernel, Recorder, Residence, Result};
 use glam::UVec2;
 use std::{f64::consts::FRAC_1_SQRT_2, ffi::CStr};
@@ -359,6 +359,11 @@ impl DepthState {
         &self.flows[self.current]
     }
 
+    /// The flows of each of [`DepthState::surfaces`].
+    pub fn flows(&self) -> [&Buffer; 2] {
+        [0, 1].map(|i| &self.flows[i])
+    }
+
     /// Columns from one row to the next.
     pub fn pitch(&self) -> u32 {
         self.pitch
@@ -400,14 +405,15 @@ impl DepthState {
             let allowed = format!("no less than {}, which is dry", -still_m(columns.bed_m[i]));
             return Err(Invalid { key: "rise_m", value, allowed }.into());
         }
+        let padded = |plain: &[f32], padding| planes::padded(plain, self.cells, self.pitch, padding);
         let bed: Vec<f32> =
             columns.columns().map(|(bed, rise)| if rise == LAND_M { WALL_M } else { bed }).collect();
-        gpu.upload_to(&self.bed, &self.padded(&bed, WALL_M))?;
-        let rise = self.padded(&columns.rise_m, LAND_M);
+        gpu.upload_to(&self.bed, &padded(&bed, WALL_M))?;
+        let rise = padded(&columns.rise_m, LAND_M);
         for buffer in &self.rises {
             gpu.upload_to(buffer, &rise)?; // shallow water asks for the step before too
         }
-        let (east, south) = (self.padded(&columns.east, 0.0), self.padded(&columns.south, 0.0));
+        let (east, south) = (padded(&columns.east, 0.0), padded(&columns.south, 0.0));
         let fours: Vec<f32> =
             east.chunks(4).zip(south.chunks(4)).flat_map(|(e, s)| [e, s].concat()).collect();
         gpu.upload_to(self.flow(), &fours)?;
@@ -420,10 +426,7 @@ impl DepthState {
     /// # Errors
     /// The device's.
     pub fn columns(&self, gpu: &Gpu) -> Result<Columns> {
-        let plain = |padded: &[f32]| -> Vec<f32> {
-            let rows = padded.chunks_exact(self.pitch as usize);
-            rows.flat_map(|row| &row[..self.cells.x as usize]).copied().collect()
-        };
+        let plain = |padded: &[f32]| planes::plain(padded, self.cells, self.pitch);
         let flows = gpu.download::<f32>(self.flow())?;
         let of = |side: usize| -> Vec<f32> {
             plain(
@@ -440,15 +443,6 @@ impl DepthState {
             east: of(0),
             south: of(1),
         })
-    }
-
-    fn padded(&self, plain: &[f32], padding: f32) -> Vec<f32> {
-        let mut padded = vec![padding; self.pitch as usize * self.cells.y as usize];
-        let rows = plain.chunks_exact(self.cells.x as usize);
-        for (to, from) in padded.chunks_exact_mut(self.pitch as usize).zip(rows) {
-            to[..from.len()].copy_from_slice(from);
-        }
-        padded
     }
 }
 
