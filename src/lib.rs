@@ -13,6 +13,7 @@
 pub mod clock;
 pub mod draw;
 pub mod gpu;
+pub mod particles;
 pub mod random;
 #[cfg(feature = "tools")]
 pub mod run;
