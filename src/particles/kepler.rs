@@ -31,6 +31,10 @@ pub trait Real:
         let bits = (self.wide() as f32).to_bits() >> 8;
         Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * 0.693_147_2))
     }
+    /// Largest whole number that is not above it.
+    fn floor(self) -> Self {
+        Self::of(self.wide().floor())
+    }
     /// Without its sign.
     fn size(self) -> Self {
         if self < Self::of(0.0) {
@@ -256,29 +260,34 @@ impl<T: Real> Flight<T> {
     pub fn period(&self) -> T {
         T::of(std::f64::consts::TAU) / (self.alpha * self.alpha.root())
     }
+
+    /// The part of `q` beyond whole periods, from minus half of one to half.
+    pub fn within_period(&self, q: T) -> T {
+        if self.alpha <= T::of(0.0) {
+            return q;
+        }
+        let period = self.period();
+        if q.size() <= T::of(0.5) * period {
+            return q;
+        }
+        q - (q / period + T::of(0.5)).floor() * period
+    }
 }
 
-/// What a flight of time `q` adds to position and velocity over `sqrt(mu)`. Small numbers of their own, so that a short
-/// flight does not round what it hardly changes.
-pub fn moved<T: Real>(flight: &Flight<T>, at: Triple<T>, w: Triple<T>, q: T) -> (Triple<T>, Triple<T>) {
-    let c = T::of;
-    let mut flight = *flight;
-    let mut q = q;
-    if flight.alpha > c(0.0) {
-        let period = flight.period();
-        if q.size() > c(0.5) * period {
-            q = q - T::of((q / period + c(0.5)).wide().floor()) * period;
-        }
-    }
-    let sign = if q < c(0.0) { c(-1.0) } else { c(1.0) };
-    flight.sigma = sign * flight.sigma;
-    let (x, _) = flight.anomaly(sign * q);
+/// What a flight of time `q`, of a bound orbit no more than half a period either way, adds to position and velocity over
+/// `sqrt(mu)`. Small numbers of their own, so that a short flight does not round what it hardly changes.
+pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: &mut Triple<T>, w: &mut Triple<T>) {
+    let way = T::of(if q < T::of(0.0) { -1.0 } else { 1.0 });
+    let flight = Flight { sigma: way * flight.sigma, ..*flight };
+    let (x, _) = flight.anomaly(way * q);
     let [u0, u1, u2, _] = universal(flight.alpha, x);
     let r = flight.r * u0 + flight.sigma * u1 + u2;
-    let g = sign * (flight.r * u1 + flight.sigma * u2);
-    let to_at = add(times(-(u2 / flight.r), at), times(g, w));
-    let to_w = add(times(-(sign * u1) / (r * flight.r), at), times(-(u2 / r), w));
-    (to_at, to_w)
+    let g = way * (flight.r * u1 + flight.sigma * u2);
+    let (pull, turn, slow) = (u2 / flight.r, (way * u1) / (r * flight.r), u2 / r);
+    let to_at = add(times(-pull, *at), times(g, *w));
+    let to_w = add(times(-turn, *at), times(-slow, *w));
+    *at = add(*at, to_at);
+    *w = add(*w, to_w);
 }
 
 /// Squared length of `a x b`.
@@ -329,16 +338,15 @@ mod tests {
                     continue;
                 }
                 let q = (t * 100.0) as f32;
-                let mut some = flight;
-                let mut left = q;
-                if flight.alpha > 0.0 { left -= (left / flight.period()).round() * flight.period(); }
-                if left < 0.0 { some.sigma = -some.sigma; left = -left; }
-                let n = some.anomaly(left).1;
+                let left = flight.within_period(q);
+                let some = Flight { sigma: left.signum() * flight.sigma, ..flight };
+                let n = some.anomaly(left.abs()).1;
                 evaluations += n;
                 most = most.max(n);
-                let (step, _) = moved(&flight, at, w, q);
+                let (mut to, mut w) = (at, w);
+                fly(&flight, left, &mut to, &mut w);
                 let there = orbit.after(t);
-                let error = (dvec3(0., 0., 0.) + orbit.at_m + DVec3::from_array(step.map(f64::from)) - there.at_m).length();
+                let error = (DVec3::from_array(to.map(f64::from)) - there.at_m).length();
                 let reach = orbit.apocentre().min(there.at_m.length().max(orbit.at_m.length()));
                 errors.push((error / reach, i));
             }
