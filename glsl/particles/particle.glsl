@@ -1,0 +1,20 @@
+// What a particle is, for laws, passes and whoever draws. Mirrors `particles::Particle`.
+#ifndef PARTICLE_GLSL
+#define PARTICLE_GLSL
+
+struct Particle {
+    vec3 at_m;           // (m)
+    vec3 velocity_mps;   // (m/s)
+    uint born;           // tick of birth: 2^-16 s, on a clock that wraps; its age is `now - born`
+};
+
+// A law is a file that defines
+//     bool advance(inout Particle particle, float dt_s)
+// which moves a particle by `dt_s`; false: it ends now. Particles of the step in which they are born are moved by what is
+// left of it. Numbers of the law come from
+//     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
+#ifndef LAW_BINDING
+#define LAW_BINDING 5
+#endif
+
+#endif
