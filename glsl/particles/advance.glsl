@@ -17,6 +17,8 @@ struct StepParams {
 layout(push_constant, std430) uniform Push { StepParams p; };
 #include "particles/pool.glsl"
 
+uint law_tick() { return p.now; }
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= pool.slots) return;

@@ -152,9 +152,9 @@ float period_of(Flight f) {
     return q;
 }
 
-// What a flight of time q, of a bound orbit no more than half a period either way, adds to `at` and `w`. Small numbers of
+// What a flight of time q, of a bound orbit no more than half a period either way, adds to `at` and `w`: small numbers of
 // their own, so that a short flight does not round what it hardly changes.
-void fly(Flight f, float q, inout vec3 at, inout vec3 w) {
+void fly(Flight f, float q, vec3 at, vec3 w, out vec3 to_at, out vec3 to_w) {
     float way = q < 0.0 ? -1.0 : 1.0;
     f.sigma = way * f.sigma;
     float x = anomaly_at(f, way * q);
@@ -164,12 +164,10 @@ void fly(Flight f, float q, inout vec3 at, inout vec3 w) {
     precise float pull = u.z / f.r;
     precise float turn = (way * u.y) / (r * f.r);
     precise float slow = u.z / r;
-    precise vec3 to_at = -pull * at + g * w;
-    precise vec3 to_w = -turn * at + -slow * w;
-    precise vec3 new_at = at + to_at;
-    precise vec3 new_w = w + to_w;
-    at = new_at;
-    w = new_w;
+    precise vec3 more_at = g * w - pull * at;
+    precise vec3 more_w = -(turn * at + slow * w);
+    to_at = more_at;
+    to_w = more_w;
 }
 
 // The part of q beyond whole periods, from minus half of one to half.

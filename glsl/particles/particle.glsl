@@ -13,6 +13,9 @@ struct Particle {
 // which moves a particle by `dt_s`; false: it ends now. Particles of the step in which they are born are moved by what is
 // left of it. Numbers of the law come from
 //     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
+// and its specialization constants begin at LAW_CONSTANT. A law that must know the time declares
+//     uint law_tick();
+// the tick at the end of the step, which every pass defines.
 #ifndef LAW_BINDING
 #define LAW_BINDING 5
 #endif

@@ -275,8 +275,8 @@ impl<T: Real> Flight<T> {
 }
 
 /// What a flight of time `q`, of a bound orbit no more than half a period either way, adds to position and velocity over
-/// `sqrt(mu)`. Small numbers of their own, so that a short flight does not round what it hardly changes.
-pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: &mut Triple<T>, w: &mut Triple<T>) {
+/// `sqrt(mu)`: small numbers of their own, so that a short flight does not round what it hardly changes.
+pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: Triple<T>, w: Triple<T>) -> (Triple<T>, Triple<T>) {
     let way = T::of(if q < T::of(0.0) { -1.0 } else { 1.0 });
     let flight = Flight { sigma: way * flight.sigma, ..*flight };
     let (x, _) = flight.anomaly(way * q);
@@ -284,10 +284,9 @@ pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: &mut Triple<T>, w: &mut Triple
     let r = flight.r * u0 + flight.sigma * u1 + u2;
     let g = way * (flight.r * u1 + flight.sigma * u2);
     let (pull, turn, slow) = (u2 / flight.r, (way * u1) / (r * flight.r), u2 / r);
-    let to_at = add(times(-pull, *at), times(g, *w));
-    let to_w = add(times(-turn, *at), times(-slow, *w));
-    *at = add(*at, to_at);
-    *w = add(*w, to_w);
+    let to_at = sub(times(g, w), times(pull, at));
+    let to_w = add(times(turn, at), times(slow, w)).map(|x| -x);
+    (to_at, to_w)
 }
 
 /// Squared length of `a x b`.
@@ -343,8 +342,7 @@ mod tests {
                 let n = some.anomaly(left.abs()).1;
                 evaluations += n;
                 most = most.max(n);
-                let (mut to, mut w) = (at, w);
-                fly(&flight, left, &mut to, &mut w);
+                let to = add(at, fly(&flight, left, at, w).0);
                 let there = orbit.after(t);
                 let error = (DVec3::from_array(to.map(f64::from)) - there.at_m).length();
                 let reach = orbit.apocentre().min(there.at_m.length().max(orbit.at_m.length()));
