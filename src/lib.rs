@@ -5,6 +5,7 @@
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
+//! - [`particles`]: pools of particles with a law.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).

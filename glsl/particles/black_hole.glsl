@@ -6,9 +6,6 @@
 #include "particles/particle.glsl"
 #include "particles/kepler.glsl"
 
-#ifndef LAW_CONSTANT
-#define LAW_CONSTANT 1
-#endif
 layout(constant_id = LAW_CONSTANT) const uint integrator = 2u;
 layout(constant_id = LAW_CONSTANT + 1) const uint substeps = 1u;  // of a step; of LOGH: steps a radian of an orbit
 layout(constant_id = LAW_CONSTANT + 2) const uint holes = 1u;     // in the list
@@ -47,7 +44,7 @@ bool moves() {
     return it;
 }
 
-// Tick at the end of the step: every pass that calls a law defines it.
+// Tick at the end of the step: every pass that calls a law defines it. Times within the step are from there, so below 0.
 uint law_tick();
 
 // Time into the step at which the particle was swallowed (s), once `advance` has said false.
@@ -70,7 +67,7 @@ vec3 centre_of(uint hole, uint tick, float t_s) {
 #define MORE_FORCE(at_m, velocity_mps) vec3(0.0)
 #endif
 
-// Pull of all holes `t_s` into the step that began at `tick` (m/s^2); `potential`: sum of mu / r. A user's law may add to
+// Pull of all holes `t_s` after `tick` (m/s^2); `potential`: sum of mu / r. A user's law may add to
 // it: #define MORE_FORCE(at_m, velocity_mps) before the include.
 vec3 accelerate(vec3 at, vec3 velocity, uint tick, float t_s, out float potential) {
     precise vec3 sum = MORE_FORCE(at, velocity);
@@ -109,7 +106,8 @@ float entry_of(vec3 p, vec3 q, float horizon_m) {
     return part <= 1.0 ? part : 2.0;
 }
 
-// Along the path from (at0, v0) to (at1, v1), h seconds long: the first entry into a horizon (s), or -1. Two chords that
+// Along the path from (at0, v0) to (at1, v1), h seconds long: when it first enters a horizon, as t_s (s), or 1 if
+// it does not. Two chords that
 // meet at the middle of the cubic through both ends, four times as close to the path as one.
 float entry_s(vec3 at0, vec3 v0, vec3 at1, vec3 v1, uint tick, float t_s, float h) {
     precise vec3 middle = 0.5 * (at0 + at1) + (0.125 * h) * (v0 - v1);
@@ -125,7 +123,7 @@ float entry_s(vec3 at0, vec3 v0, vec3 at1, vec3 v1, uint tick, float t_s, float 
         }
         first = min(first, early);
     }
-    if (first > 1.0) return is_deep ? t_s : -1.0;
+    if (first > 1.0) return is_deep ? t_s : 1.0;
     precise float when = t_s + first * h;
     return when;
 }
@@ -178,7 +176,7 @@ void symplectic(inout vec3 at, inout vec3 v, uint tick, float t_s, float h) {
 // time back. The last step of all is shortened until it ends with the frame.
 bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     float potential;
-    accelerate(at, v, tick, 0.0, potential);
+    accelerate(at, v, tick, -dt_s, potential);
     precise float energy = 0.5 * dot3(v, v) - potential;
     precise float total = 0.0;
     for (uint i = 0u; i < holes; ++i) total = total + law[i].mu_m3ps2;
@@ -195,7 +193,7 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
             precise float before = 0.5 * s / max(kinetic, 1e-30);
             precise vec3 mid = at + before * v;
             float well;
-            vec3 force = accelerate(mid, v, tick, 0.0, well);
+            vec3 force = accelerate(mid, v, tick, -dt_s, well);
             v1 = v + (s / well) * force;
             precise float after = 0.5 * s / max(0.5 * dot3(v1, v1) - energy, 1e-30);
             at1 = mid + after * v1;
@@ -203,9 +201,9 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
             if (took <= 1.000001 * left && (round == 0u || took >= 0.999999 * left)) break;
             s = s * (left / took);
         }
-        float entry = entry_s(at, v, at1, v1, tick, t, took);
-        if (entry >= 0.0) {
-            swallowed_s = entry;
+        float entry = entry_s(at, v, at1, v1, tick, t - dt_s, took);
+        if (entry < 0.5) {
+            swallowed_s = dt_s + entry;
             return false;
         }
         at = at1;
@@ -220,7 +218,7 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
 // KEPLER: in closed form, as seen from the hole.
 bool advance_kepler(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     precise float root = sqrt(law[0].mu_m3ps2);
-    precise vec3 d = at - centre_of(0u, tick, 0.0);
+    precise vec3 d = at - centre_of(0u, tick, -dt_s);
     precise vec3 w = (moves() ? v - law[0].velocity_mps : v) / root;
     precise float q = dt_s * root;
     Flight flight = flight_of(d, w);
@@ -240,12 +238,12 @@ bool advance_kepler(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
 }
 
 bool advance(inout Particle it, float dt_s) {
-    uint tick = law_tick() - uint(dt_s * 65536.0);  // at the start of the step
+    uint tick = law_tick();
     swallowed_s = 0.0;
     is_deep = false;
     vec3 at = it.at_m, v = it.velocity_mps;
     for (uint i = 0u; i < holes; ++i) {
-        precise vec3 d = at - centre_of(i, tick, 0.0);
+        precise vec3 d = at - centre_of(i, tick, -dt_s);
         float least = max(law[i].horizon_m * law[i].horizon_m, 1e-12);
         if (!(dot3(d, d) > least)) return false;
     }
@@ -255,9 +253,10 @@ bool advance(inout Particle it, float dt_s) {
         if (!advance_logh(at, v, tick, dt_s)) return false;
     } else {
         precise float h = dt_s / float(substeps);
-        bool is_first = uses(HALF_KICK) && it.born == tick;
+        // Born when the step began, or within it: to the tick, for steps may be rounded to one.
+        bool is_first = uses(HALF_KICK) && float(tick - it.born) < dt_s * 65536.0 + 0.75;
         for (uint i = 0u; i < substeps; ++i) {
-            precise float t = float(i) * h;
+            precise float t = float(i) * h - dt_s;
             vec3 at0 = at, v0 = v;
             if (uses(RK4)) {
                 runge_kutta(at, v, tick, t, h);
@@ -271,8 +270,8 @@ bool advance(inout Particle it, float dt_s) {
                 symplectic(at, v, tick, t, h);
             }
             float entry = entry_s(at0, v0, at, v, tick, t, h);
-            if (entry >= 0.0) {
-                swallowed_s = entry;
+            if (entry < 0.5) {
+                swallowed_s = dt_s + entry;
                 return false;
             }
         }

@@ -4,6 +4,7 @@
 // What becomes of particles: any number of steps in registers, and when a hole swallowed each. For tools, and for what has
 // no use for the steps in between: 28 B read and 32 B written, however many there are.
 #define LAW_BINDING 3
+#define LAW_CONSTANT 1
 #include "particles/black_hole.glsl"
 
 layout(local_size_x_id = 0) in;

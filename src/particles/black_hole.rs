@@ -2,10 +2,9 @@
 //! The black hole: holes that attract by Newton's law, and swallow what crosses their horizon. Reads
 //! `glsl/particles/black_hole.glsl`; twin: [`super::cpu_black_hole`]; exact: [`super::oracle`].
 
+use super::{Invalid, Law, TICKS_PER_S};
+use crate::shaders;
 use std::fmt;
-
-/// Ticks of a particle's clock in a second.
-pub const TICKS_PER_S: f64 = 65536.0;
 
 /// How a particle is moved by a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -111,7 +110,7 @@ impl Hole {
     /// Round and round: at `u` from its place at first, at `w` a quarter of a period later. The period is rounded so that
     /// a tick is a whole number of 2^-32 turns: by less than 1e-4 of it up to 10 s, more beyond.
     pub fn swinging(self, u_m: [f32; 3], w_m: [f32; 3], period_s: f64) -> Self {
-        let turn_per_tick = (4_294_967_296.0 / (period_s * TICKS_PER_S)).round() as u32;
+        let turn_per_tick = (4_294_967_296.0 / (period_s * f64::from(TICKS_PER_S))).round() as u32;
         Self { swing_u_m: u_m, swing_w_m: w_m, turn_per_tick, ..self }
     }
 
@@ -122,31 +121,6 @@ impl Hole {
     fn moves(&self) -> bool {
         self.swings() || self.velocity_mps != [0.0; 3]
     }
-}
-
-/// What cannot be run.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Invalid {
-    /// A number outside its range.
-    #[error("{what} is {value}, allowed is {allowed}")]
-    Number {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What would do.
-        allowed: &'static str,
-    },
-    /// An integrator that is not for these holes.
-    #[error("`{integrator}` takes {takes}, and here {has}")]
-    Integrator {
-        /// Which.
-        integrator: Integrator,
-        /// What it is for.
-        takes: &'static str,
-        /// What there is.
-        has: String,
-    },
 }
 
 /// The law: holes, and how particles are moved about them.
@@ -174,35 +148,31 @@ impl BlackHole {
     /// # Errors
     /// The first thing that cannot be run.
     pub fn check(&self) -> Result<(), Invalid> {
-        let number = |what, value: f64, allowed, is_allowed: bool| {
-            if is_allowed {
-                Ok(())
-            } else {
-                Err(Invalid::Number { what, value, allowed })
-            }
+        let hold = |is_allowed: bool, key, value: String, allowed: &str| match is_allowed {
+            true => Ok(()),
+            false => Err(Invalid { key, value, allowed: allowed.into() }),
         };
-        let holes = self.holes.len();
-        number("the number of holes", holes as f64, "1 to 64", (1..=Self::MOST_HOLES).contains(&holes))?;
-        let (steps, most) = (self.substeps, Self::MOST_SUBSTEPS);
-        number("the number of substeps", f64::from(steps), "1 to 1024", (1..=most).contains(&steps))?;
+        let (holes, steps) = (self.holes.len(), self.substeps);
+        hold((1..=Self::MOST_HOLES).contains(&holes), "holes", holes.to_string(), "1 to 64")?;
+        hold((1..=Self::MOST_SUBSTEPS).contains(&steps), "substeps", steps.to_string(), "1 to 1024")?;
         for hole in &self.holes {
-            let mu = f64::from(hole.mu_m3ps2);
-            number("mu of a hole (m^3/s^2)", mu, "above 0 and finite", mu > 0.0 && mu.is_finite())?;
-            let horizon = f64::from(hole.horizon_m);
-            number("a horizon (m)", horizon, "0 or more, finite", horizon >= 0.0 && horizon.is_finite())?;
+            let (mu, horizon) = (hole.mu_m3ps2, hole.horizon_m);
+            hold(mu > 0.0 && mu.is_finite(), "mu_m3ps2", mu.to_string(), "above 0 and finite")?;
+            hold(horizon >= 0.0 && horizon.is_finite(), "horizon_m", horizon.to_string(), "0 or more, finite")?;
             let places = [hole.at_m, hole.velocity_mps, hole.swing_u_m, hole.swing_w_m];
-            for &x in places.as_flattened() {
-                number("a coordinate of a hole", f64::from(x), "finite", x.is_finite())?;
+            for x in places.as_flattened() {
+                hold(x.is_finite(), "place of a hole", x.to_string(), "finite")?;
             }
         }
-        let swinging = self.holes.iter().filter(|hole| hole.swings()).count();
-        let fails = |takes, has| Err(Invalid::Integrator { integrator: self.integrator, takes, has });
+        let fails = |allowed: &str| {
+            let value = self.integrator.name().into();
+            Err(Invalid { key: "integrator", value, allowed: allowed.into() })
+        };
         match self.integrator {
-            Integrator::Kepler if holes != 1 => fails("one hole", format!("are {holes}")),
-            Integrator::Kepler if swinging > 0 => {
-                fails("a hole at rest or in even motion", "it swings".into())
+            Integrator::Kepler if holes != 1 || self.holes[0].swings() => {
+                fails("kepler for one hole alone, at rest or in even motion; others for any")
             }
-            Integrator::LogH if self.moves() => fails("holes at rest", "one moves".into()),
+            Integrator::LogH if self.moves() => fails("logh for holes at rest; others for any"),
             _ => Ok(()),
         }
     }
@@ -215,6 +185,17 @@ impl BlackHole {
     /// Specialization constants of the law, from `LAW_CONSTANT` on.
     pub fn constants(&self) -> [u32; 4] {
         [self.integrator as u32, self.substeps, self.holes.len() as u32, u32::from(self.moves())]
+    }
+
+    /// The law for a pool, with [`BlackHole::constants`]; its numbers are [`BlackHole::numbers`].
+    pub fn law(constants: &[u32; 4]) -> Law<'_> {
+        let spv = shaders::PARTICLES_BLACK_HOLE_COMP;
+        Law { name: c"particles.black_hole", spv, subgroups: None, constants }
+    }
+
+    /// The list of holes, as the GPU has it.
+    pub fn numbers(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.holes)
     }
 }
 
@@ -230,17 +211,16 @@ mod tests {
             assert_eq!(Integrator::named(integrator.name()), Some(integrator));
         }
         let said = |law: BlackHole| law.check().unwrap_err().to_string();
-        assert_eq!(said(BlackHole { substeps: 0, ..book(Integrator::Rk4) }), "the number of substeps is 0, allowed is 1 to 1024");
-        assert_eq!(said(BlackHole { holes: vec![], ..book(Integrator::Rk4) }), "the number of holes is 0, allowed is 1 to 64");
         let hole = book(Integrator::Rk4).holes[0];
         let of = |integrator, holes: &[Hole]| BlackHole { holes: holes.to_vec(), ..book(integrator) };
-        assert_eq!(said(of(Integrator::Kepler, &[hole, hole])), "`kepler` takes one hole, and here are 2");
+        assert_eq!(said(BlackHole { substeps: 0, ..book(Integrator::Rk4) }), "substeps = 0: allowed is 1 to 1024");
+        assert_eq!(said(of(Integrator::Rk4, &[])), "holes = 0: allowed is 1 to 64");
+        assert!(said(of(Integrator::Kepler, &[hole, hole])).starts_with("integrator = kepler: allowed is kepler for one"));
         let swinging = hole.swinging([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], 4.0);
-        let allowed = "`kepler` takes a hole at rest or in even motion, and here it swings";
-        assert_eq!(said(of(Integrator::Kepler, &[swinging])), allowed);
-        assert_eq!(said(of(Integrator::LogH, &[swinging])), "`logh` takes holes at rest, and here one moves");
+        assert!(said(of(Integrator::Kepler, &[swinging])).starts_with("integrator = kepler"));
+        assert!(said(of(Integrator::LogH, &[swinging])).starts_with("integrator = logh: allowed is logh for holes at rest"));
         assert_eq!(of(Integrator::Kepler, &[hole.moving([1.0, 0.0, 0.0])]).check(), Ok(()));
         let bad = Hole { mu_m3ps2: f32::NAN, ..hole };
-        assert_eq!(said(of(Integrator::Rk4, &[bad])), "mu of a hole (m^3/s^2) is NaN, allowed is above 0 and finite");
+        assert_eq!(said(of(Integrator::Rk4, &[bad])), "mu_m3ps2 = NaN: allowed is above 0 and finite");
     }
 }

@@ -117,12 +117,23 @@ impl Fates {
     /// # Errors
     /// The device's.
     pub fn run(&self, now: u32, dt_ticks: u32, steps: u32) -> Result<Vec<(Body<f32>, Option<f32>)>> {
-        // A submission no longer than a driver waits: what was swallowed stays so, for it does not move.
         self.gpu.once(|rec| self.record(rec, now, dt_ticks, steps))?;
         let ends: Vec<f32> = self.gpu.download(&self.ends)?;
         let particles = bodies(&self.gpu.download(&self.to)?);
         let end = |end: f32| (end >= 0.0).then_some(end);
         Ok(particles.into_iter().zip(ends.into_iter().map(end)).collect())
+    }
+
+    /// What [`Fates::run`] left becomes what it starts from.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn carry_on(&self) -> Result<()> {
+        self.gpu.once(|rec| {
+            rec.barrier(Access::ComputeWrite, Access::CopyRead);
+            rec.copy(&self.to, &self.from);
+            rec.barrier(Access::CopyWrite, Access::ComputeReadWrite);
+        })
     }
 
     /// The list of holes, for a caller that changes it.

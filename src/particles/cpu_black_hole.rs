@@ -26,7 +26,7 @@ pub struct Law<T> {
     _real: std::marker::PhantomData<T>,
 }
 
-/// What the global variables of the shader hold.
+/// What the global variables of the shader hold, and the tick at the end of the step.
 struct Step {
     tick: u32,
     is_deep: bool,
@@ -79,7 +79,6 @@ impl<T: Real> Law<T> {
         (sum, depth)
     }
 
-    #[allow(clippy::too_many_arguments)] // as the shader has it
     fn entry_s(
         &self,
         step: &Step,
@@ -149,7 +148,7 @@ impl<T: Real> Law<T> {
     fn advance_logh(&self, step: &mut Step, at: &mut Triple<T>, v: &mut Triple<T>, dt_s: T) -> Option<T> {
         let c = T::of;
         let tiny = c(1e-30);
-        let potential = self.accelerate(step, *at, c(0.0)).1;
+        let potential = self.accelerate(step, *at, -dt_s).1;
         let energy = c(0.5) * dot(*v, *v) - potential;
         let total = self.law.holes.iter().fold(c(0.0), |sum, hole| sum + c(f64::from(hole.mu_m3ps2)));
         let a = total / (c(2.0) * energy.size()).most(tiny);
@@ -166,7 +165,7 @@ impl<T: Real> Law<T> {
             for round in 0..6 {
                 let before = c(0.5) * s / kinetic.most(tiny);
                 let mid = add(*at, times(before, *v));
-                let (force, well) = self.accelerate(step, mid, c(0.0));
+                let (force, well) = self.accelerate(step, mid, -dt_s);
                 v1 = add(*v, times(s / well, force));
                 let after = c(0.5) * s / (c(0.5) * dot(v1, v1) - energy).most(tiny);
                 at1 = add(mid, times(after, v1));
@@ -176,9 +175,8 @@ impl<T: Real> Law<T> {
                 }
                 s = s * (left / took);
             }
-            let entry = self.entry_s(step, (*at, *v), (at1, v1), t, took);
-            if entry.is_some() {
-                return entry;
+            if let Some(entry) = self.entry_s(step, (*at, *v), (at1, v1), t - dt_s, took) {
+                return Some(dt_s + entry);
             }
             (*at, *v) = (at1, v1);
             t = t + took;
@@ -191,7 +189,7 @@ impl<T: Real> Law<T> {
         let hole = &self.law.holes[0];
         let speed = hole.velocity_mps.map(|x| T::of(f64::from(x)));
         let root = T::of(f64::from(hole.mu_m3ps2)).root();
-        let d = sub(*at, self.centre(hole, step.tick, T::of(0.0)));
+        let d = sub(*at, self.centre(hole, step.tick, -dt_s));
         let w = (if self.is_moving { sub(*v, speed) } else { *v }).map(|x| x / root);
         let q = dt_s * root;
         let flight = Flight::new(d, w);
@@ -211,11 +209,10 @@ impl<T: Real> Law<T> {
     /// Moves a particle by `dt_s`, to tick `now`. `Some`: it was swallowed that long into the step (s), and stays where it
     /// was.
     pub fn advance(&self, body: &mut Body<T>, now: u32, dt_s: T) -> Option<T> {
-        let tick = now.wrapping_sub((dt_s.wide() * 65536.0) as u32);
-        let mut step = Step { tick, is_deep: false };
+        let mut step = Step { tick: now, is_deep: false };
         let (mut at, mut v) = (body.at_m, body.velocity_mps);
         for hole in &self.law.holes {
-            let d = sub(at, self.centre(hole, tick, T::of(0.0)));
+            let d = sub(at, self.centre(hole, now, -dt_s));
             let horizon = T::of(f64::from(hole.horizon_m));
             let is_outside = dot(d, d) > (horizon * horizon).most(T::of(1e-12));
             if !is_outside {
@@ -227,9 +224,11 @@ impl<T: Real> Law<T> {
             Integrator::LogH => self.advance_logh(&mut step, &mut at, &mut v, dt_s),
             integrator => {
                 let h = dt_s / T::of(f64::from(self.law.substeps));
-                let is_first = integrator == Integrator::HalfKick && body.born == tick;
+                let age = T::of(f64::from(now.wrapping_sub(body.born) as f32));
+                let is_newborn = age < dt_s * T::of(65536.0) + T::of(0.75);
+                let is_first = integrator == Integrator::HalfKick && is_newborn;
                 (0..self.law.substeps).find_map(|i| {
-                    let t = T::of(f64::from(i)) * h;
+                    let t = T::of(f64::from(i)) * h - dt_s;
                     let (at0, v0) = (at, v);
                     match integrator {
                         Integrator::Rk4 => self.runge_kutta(&mut step, &mut at, &mut v, t, h),
@@ -240,7 +239,7 @@ impl<T: Real> Law<T> {
                         }
                         _ => self.symplectic(&mut step, &mut at, &mut v, t, h),
                     }
-                    self.entry_s(&step, (at0, v0), (at, v), t, h)
+                    self.entry_s(&step, (at0, v0), (at, v), t, h).map(|entry| dt_s + entry)
                 })
             }
         };
@@ -278,6 +277,12 @@ fn entry<T: Real>(p: Triple<T>, q: Triple<T>, horizon: T) -> T {
         part
     } else {
         T::of(2.0)
+    }
+}
+
+impl From<super::Particle> for Body<f32> {
+    fn from(it: super::Particle) -> Self {
+        Self { at_m: it.at_m.to_array(), velocity_mps: it.velocity_mps.to_array(), born: it.born }
     }
 }
 
