@@ -13,7 +13,14 @@ struct Particle {
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
 //     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
-// and its specialization constants begin at `constant_id` 5.
+// and its specialization constants begin at `constant_id` LAW_CONSTANT. A law that must know the time declares
+//     uint law_tick();
+// the tick at the end of the step, which every pass defines.
+#ifndef LAW_BINDING
 #define LAW_BINDING 5
+#endif
+#ifndef LAW_CONSTANT
+#define LAW_CONSTANT 6
+#endif
 
 #endif
