@@ -15,15 +15,20 @@ vec3 emitter_at(Wide age) {
     return circled;
 }
 
-// False: it is not to be seen, its path has not begun.
-bool flight_of(uint i, out Who who, out Flight f) {
+// Who particle i is, and its age.
+Wide age_of_particle(uint i, out Who who) {
     uint birth_number = effect.burst == 1u ? i : i / effect.burst;
     uint back = effect.births - 1u - birth_number;
     uint borrow;
     who.low = usubBorrow(effect.newest, back, borrow);
     who.high = effect.newest_high - borrow;
     who.member = i - birth_number * effect.burst;
-    Wide age = age_of(back);
+    return age_of(back);
+}
+
+// False: it is not to be seen, its path has not begun.
+bool flight_of(uint i, out Who who, out Flight f) {
+    Wide age = age_of_particle(i, who);
     Birth start = birth(who, emitter_at(age));
     f.share = age.high / effect.life_s;
     f.down_s = -1.0;

@@ -22,12 +22,14 @@ mod effect;
 mod emission;
 mod ground;
 pub mod stateless;
+pub mod stored;
 
 pub use draw::Drawing;
 pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
 pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;
 pub use stateless::{Counts, Materialise, Vertex, Vertices};
+pub use stored::StoredEffect;
 
 use crate::{
     gpu::{Gpu, Result},

@@ -156,12 +156,7 @@ impl Splats {
             rec.fill(&sums, 0);
             rec.barrier(Access::FillWrite, Access::ComputeReadWrite);
         })?;
-        let over = KernelInfo {
-            name,
-            spv,
-            blocks: &["Views", "color", "Splats"],
-            constants: &[],
-        };
+        let over = KernelInfo { name, spv, blocks: &["Views", "color", "Splats"], constants: &[] };
         let over = Kernel::new::<()>(gpu, &over)?.bind(&[
             ("Views", stage.views().into()),
             ("color", stage.color().into()),

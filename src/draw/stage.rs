@@ -59,12 +59,7 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Stage::new`].
-    pub fn with_samples(
-        gpu: &Gpu,
-        size: UVec2,
-        terrain: Option<TerrainGrid>,
-        samples: u32,
-    ) -> Result<Self> {
+    pub fn with_samples(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>, samples: u32) -> Result<Self> {
         let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
         let (color, resolved) = if samples > 1 {
             (

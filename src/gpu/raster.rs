@@ -91,8 +91,7 @@ impl Raster {
             if !gpu.has_geometry_shader() {
                 return Err(mismatch(format!("{} has no geometry shaders", gpu.name())));
             }
-            interface =
-                interface.merge(reflect(spv, info.constants).map_err(mismatch)?).map_err(mismatch)?;
+            interface = interface.merge(reflect(spv, info.constants).map_err(mismatch)?).map_err(mismatch)?;
             stages |= vk::ShaderStageFlags::GEOMETRY;
             shaders.push(Shader { stage: vk::ShaderStageFlags::GEOMETRY, spv });
         }

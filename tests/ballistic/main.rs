@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod pictures;
+mod stored;
 mod time;
 
 use common::{gpu, TestGpu};

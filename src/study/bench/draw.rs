@@ -10,10 +10,7 @@ use crate::{
     },
     gpu::{Gpu, Recorder},
     shaders,
-    study::{
-        runs,
-        Error, Result,
-    },
+    study::{runs, Error, Result},
 };
 use glam::{uvec2, vec3, UVec2, Vec3};
 
