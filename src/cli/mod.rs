@@ -13,6 +13,7 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
+    particles,
     gpu::{self, Gpu, GpuOptions},
     run::{atomic::FileError, RunError},
     scene::SceneError,
@@ -158,7 +159,8 @@ impl From<RunError> for Failure {
         match error {
             RunError::Scene(error) => error.into(),
             RunError::Water(error) => error.into(),
-            RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }
