@@ -187,7 +187,8 @@ fn swarm(count: u32, alpha: f32) -> Vec<Sprite> {
         let [x, y, z, w] = random::units(random::bits(7, 1, i, 0));
         let [a, b, c, d] = random::units(random::bits(7, 1, i, 1));
         let along_m = if i % 3 == 0 { [0.4 * (b - 0.5), 0.4 * (c - 0.5), 0.4 * (d - 0.5)] } else { [0.0; 3] };
-        let color = [0.02 + 0.1 * a, 0.05, 0.02 + 0.1 * b, 1.0].map(|x| x * if alpha > 0.0 { alpha } else { 1.0 });
+        let color =
+            [0.02 + 0.1 * a, 0.05, 0.02 + 0.1 * b, 1.0].map(|x| x * if alpha > 0.0 { alpha } else { 1.0 });
         Sprite {
             at_m: [10.0 * (x - 0.5), 6.0 * (y - 0.5), 3.0 * (z - 0.5)],
             along_m,
@@ -219,7 +220,9 @@ fn quads_geometry_and_splats_draw_the_same() {
                 // Nothing is near: the second pass rounds to half floats where the first has them too.
                 Way::Soft => assert!(worst <= 1.0, "{way:?}: {worst}"),
                 // Measured 45, 0.53 and 0.019 (16 and 0.31 without lines thinner than a pixel, which keep to one): shaded at the pixel's middle instead of blended by four samples.
-                Way::Splat => assert!(worst <= 60.0 && mean < 0.7 && power < 0.025, "{way:?}: {worst} {mean} {power}"),
+                Way::Splat => {
+                    assert!(worst <= 60.0 && mean < 0.7 && power < 0.025, "{way:?}: {worst} {mean} {power}")
+                }
             }
         }
         let again = picture(&gpu, Way::Splat, &shot);
@@ -250,7 +253,9 @@ fn light_below_a_pixel_is_neither_lost_nor_gained() {
             let streak = |sprite: &Sprite| Sprite { along_m: [1.9 * half_m, 4.6 * half_m, 0.0], ..*sprite };
             let streaks: Vec<Sprite> = sprites.iter().map(streak).collect();
             let got = sum(&picture(&gpu, way, &Shot { sprites: &streaks, ..Shot::default() }), 0);
-            let want = want * (1.0 + (1.9f64.powi(2) + 4.6f64.powi(2)).sqrt() * (32.0 / 15.0) * 3.0 / std::f64::consts::PI);
+            let want = want
+                * (1.0
+                    + (1.9f64.powi(2) + 4.6f64.powi(2)).sqrt() * (32.0 / 15.0) * 3.0 / std::f64::consts::PI);
             eprintln!("{half_m} m, {way:?}, streaks: {:.4}", got / want);
             // Measured 1.009 to 1.037.
             assert!((got / want - 1.0).abs() < 0.045, "{half_m} m, {way:?}: {got} instead of {want}");

@@ -23,6 +23,7 @@
 
 pub mod black_hole;
 pub mod black_hole_fate;
+pub mod choose;
 pub mod cpu;
 pub mod cpu_black_hole;
 pub mod drag;

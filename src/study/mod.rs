@@ -2,6 +2,7 @@
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
 pub mod bench;
+pub mod black_hole;
 pub mod depths;
 pub mod hard;
 pub mod linear;
@@ -13,6 +14,7 @@ pub mod shapes;
 
 use crate::{
     gpu::{self, Gpu},
+    particles,
     run::atomic::{write_atomic, FileError},
     water,
 };
@@ -28,6 +30,9 @@ pub enum Error {
     /// A basin's.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// A pool's.
+    #[error(transparent)]
+    Particles(#[from] particles::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -75,7 +80,7 @@ pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>);
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -89,6 +94,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(nonlinear::NAME) {
         studies.extend(nonlinear::study(gpu, quick, progress)?);
+    }
+    if is_wanted(black_hole::NAME) {
+        studies.extend(black_hole::study(gpu, quick, progress)?);
     }
     Ok(Study {
         device: gpu.name().into(),

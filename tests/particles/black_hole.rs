@@ -32,7 +32,8 @@ fn swarm(count: u32, stream: u32) -> Vec<Body<f32>> {
 
 fn laws() -> Vec<BlackHole> {
     let one = Hole::at([0.0; 3], MU, 5.0);
-    let law = |integrator, substeps, holes: &[Hole]| BlackHole { holes: holes.to_vec(), integrator, substeps };
+    let law =
+        |integrator, substeps, holes: &[Hole]| BlackHole { holes: holes.to_vec(), integrator, substeps };
     let mut laws: Vec<_> = Integrator::ALL.iter().map(|&it| law(it, 1, &[one])).collect();
     let second = Hole::at([30.0, 4.0, -20.0], 2e3, 2.0);
     laws.extend([
@@ -62,8 +63,9 @@ fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
         let name = format!("{} x{} with {:?}", law.integrator, law.substeps, law.holes);
         let (narrow, exact) = (Law::<f32>::new(&law), Law::<f64>::new(&law));
         let (mut swallowed, mut different, mut far) = (0, 0, 0);
-        for (from, (got, end)) in
-            particles.iter().zip(Fates::new(&gpu, &law, &particles).unwrap().run(1000, dt_ticks, steps).unwrap())
+        for (from, (got, end)) in particles
+            .iter()
+            .zip(Fates::new(&gpu, &law, &particles).unwrap().run(1000, dt_ticks, steps).unwrap())
         {
             let mut want = *from;
             let want_end = narrow.run(&mut want, 1000, dt_ticks, steps);
@@ -75,7 +77,8 @@ fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
             let mut true_body = wide(from);
             if exact.run(&mut true_body, 1000, dt_ticks, steps).is_none() && end.is_none() {
                 let r = place(true_body.at_m).length().max(20.0);
-                far += u32::from((place(got.at_m.map(f64::from)) - place(true_body.at_m)).length() > 1e-4 * r);
+                far +=
+                    u32::from((place(got.at_m.map(f64::from)) - place(true_body.at_m)).length() > 1e-4 * r);
             }
         }
         println!("{name}: {swallowed} swallowed, {different} differ, {far} far from f64");
