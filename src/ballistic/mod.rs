@@ -23,6 +23,7 @@ mod emission;
 mod ground;
 pub mod stateless;
 pub mod stored;
+pub mod stream;
 
 pub use draw::Drawing;
 pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
@@ -30,6 +31,7 @@ pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;
 pub use stateless::{Counts, Materialise, Vertex, Vertices};
 pub use stored::StoredEffect;
+pub use stream::StreamedEffect;
 
 use crate::{
     gpu::{Gpu, Result},

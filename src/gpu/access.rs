@@ -21,6 +21,10 @@ pub enum Access {
     ColorWrite,
     /// Depth attachment, tested and written.
     DepthWrite,
+    /// Transform feedback captures vertices, and counts them.
+    StreamWrite,
+    /// A draw takes its number of vertices from what was captured, and its shaders read that.
+    StreamRead,
     /// Source of a copy.
     CopyRead,
     /// Destination of a copy.
@@ -55,6 +59,17 @@ impl Access {
             Self::DepthWrite => (
                 S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
                 both(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            ),
+            Self::StreamWrite => (
+                S::TRANSFORM_FEEDBACK_EXT,
+                both(A::TRANSFORM_FEEDBACK_WRITE_EXT, A::TRANSFORM_FEEDBACK_COUNTER_WRITE_EXT),
+            ),
+            Self::StreamRead => (
+                S::from_raw(S::DRAW_INDIRECT.as_raw() | S::PRE_RASTERIZATION_SHADERS.as_raw()),
+                both(
+                    both(A::TRANSFORM_FEEDBACK_COUNTER_READ_EXT, A::INDIRECT_COMMAND_READ),
+                    A::SHADER_STORAGE_READ,
+                ),
             ),
             Self::CopyRead => (S::COPY, A::TRANSFER_READ),
             Self::CopyWrite => (S::COPY, A::TRANSFER_WRITE),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result};
+use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result, StreamDraw};
 use ash::vk;
 use std::{ffi::CStr, slice};
 
@@ -313,6 +313,56 @@ impl<'g> Recorder<'g> {
         }
         body(self);
         unsafe { device.cmd_end_rendering(cmd) };
+    }
+
+    /// Captures what `draws` emit in `to`, one after the other from its start, as long as there is room, and counts the
+    /// bytes in `counter`: as [`Access::StreamWrite`]. What a draw takes its number from must be visible as
+    /// [`Access::StreamRead`].
+    ///
+    /// # Panics
+    /// If `bound` is no [`Stream`](super::Stream), or params are not of its size.
+    pub fn stream<P: bytemuck::Pod>(
+        &mut self,
+        bound: &Bound,
+        to: &Buffer,
+        counter: &Buffer,
+        draws: &[(StreamDraw<'_>, P)],
+    ) {
+        let program = bound.program();
+        assert!(program.interface.local_size.is_none(), "{:?} is a kernel", program.name);
+        let gpu = self.gpu;
+        let feedback = gpu.0.stream.as_ref().unwrap_or_else(|| panic!("{} cannot capture", gpu.name())).fp();
+        let Some((_, first)) = draws.first() else { return };
+        let (device, cmd) = (gpu.device(), self.cmd);
+        for buffer in [to, counter] {
+            self.keep(|| Kept::Buffer(buffer.clone()));
+        }
+        let area = vk::Rect2D { extent: vk::Extent2D { width: 1, height: 1 }, ..Default::default() };
+        let info = vk::RenderingInfo::default().render_area(area).layer_count(1);
+        unsafe { device.cmd_begin_rendering(cmd, &info) };
+        self.bind(bound, first);
+        let (offset, bytes) = (0, to.bytes());
+        unsafe {
+            (feedback.cmd_bind_transform_feedback_buffers_ext)(cmd, 0, 1, &to.raw(), &offset, &bytes);
+            (feedback.cmd_begin_transform_feedback_ext)(cmd, 0, 0, std::ptr::null(), std::ptr::null());
+        }
+        for (draw, params) in draws {
+            let bytes = bytemuck::bytes_of(params);
+            assert_eq!(bytes.len(), program.interface.push_bytes, "push constants of {:?}", program.name);
+            unsafe { device.cmd_push_constants(cmd, program.layout, program.stages, 0, bytes) };
+            match draw {
+                StreamDraw::Points(count) => unsafe { device.cmd_draw(cmd, *count, 1, 0, 0) },
+                StreamDraw::Captured { counter, stride } => {
+                    self.keep(|| Kept::Buffer((*counter).clone()));
+                    let raw = counter.raw();
+                    unsafe { (feedback.cmd_draw_indirect_byte_count_ext)(cmd, 1, 0, raw, 0, 0, *stride) };
+                }
+            }
+        }
+        unsafe {
+            (feedback.cmd_end_transform_feedback_ext)(cmd, 0, 1, &counter.raw(), &0);
+            device.cmd_end_rendering(cmd);
+        }
     }
 
     /// # Panics

@@ -8,7 +8,7 @@ use whitecap::{
     ballistic::{
         cpu,
         stored::{Counter, Particle},
-        Builtin, Effect, GroundGrid, Moment, StoredEffect,
+        Builtin, Effect, GroundGrid, Moment, StoredEffect, StreamedEffect,
     },
     gpu::Access,
     shaders,
@@ -119,4 +119,43 @@ fn an_empty_list_stays_empty_and_ends_well() {
     let (list, counter) = stored.download(&gpu).unwrap();
     assert_eq!(list, []);
     assert_eq!(counter, Counter { groups: [0, 0, 1], draw: [0, 1, 0, 0], ..Counter::default() });
+}
+
+#[test]
+fn transform_feedback_writes_the_same_list() {
+    let gpu = gpu();
+    if !gpu.has_transform_feedback() {
+        eprintln!("SKIP: {} has no transform feedback", gpu.name());
+        return;
+    }
+    let effect = Builtin::Fire.effect();
+    let vertex = shaders::BALLISTIC_FIRE_STREAM_VERT;
+    for fps in [24, 60, 240] {
+        let mut streamed = StreamedEffect::new(&gpu, c"ballistic.stream", vertex, &effect, 1000).unwrap();
+        let last = 2 * u64::from(fps) + 5;
+        let mut born = 0;
+        gpu.once(|rec| {
+            for frame in 0..last + 1 {
+                born += streamed.record(rec, Moment::of_frame(frame, fps), SEED, STREAM);
+                rec.barrier(StreamedEffect::EXIT, StreamedEffect::ENTRY);
+            }
+        })
+        .unwrap();
+        let now = Moment::of_frame(last, fps);
+        assert_eq!(u64::from(born), effect.emission().births_by(now) + 1, "{fps} fps");
+        let list = streamed.download(&gpu).unwrap();
+        compare(&list, &want(&effect, now), f64::from(fps) * 6e-8, &format!("{fps} fps"));
+    }
+    // A list that is too short loses what is over, and recovers: the emitter is not in it.
+    let mut small = StreamedEffect::new(&gpu, c"ballistic.stream", vertex, &effect, 10).unwrap();
+    gpu.once(|rec| {
+        for frame in 0..301 {
+            small.record(rec, Moment::of_frame(frame, 60), SEED, STREAM);
+            rec.barrier(StreamedEffect::EXIT, StreamedEffect::ENTRY);
+        }
+    })
+    .unwrap();
+    let list = small.download(&gpu).unwrap();
+    assert_eq!(list.len(), 10);
+    assert!(list.iter().all(|particle| (0.0..1.0).contains(&particle.at_age[3])), "{list:?}");
 }
