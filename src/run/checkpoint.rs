@@ -62,7 +62,8 @@ pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 
 /// Hash of everything in `scene` that the state depends on.
 pub fn scene_hash(scene: &Scene) -> u64 {
-    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, &scene.emitters, &scene.attractors);
+    let simulated =
+        (scene.seed, scene.output.fps, &scene.terrain, &scene.water, &scene.emitters, &scene.attractors);
     fnv(serde_json::to_vec(&simulated).expect("a scene is plain data"))
 }
 

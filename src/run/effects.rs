@@ -70,7 +70,7 @@ impl Flow {
 
 enum Source {
     Flow(Flow),
-    Swarm(Swarm),
+    Swarm(Box<Swarm>),
 }
 
 /// All emitters of a scene. Without any it holds nothing and records nothing.
@@ -98,7 +98,8 @@ impl Emitters {
         if plans.iter().any(EmitterPlan::needs_depth) {
             stage.copy_depth(gpu)?;
         }
-        let splats = plans.iter().any(|it| it.draw == Draw::Splat).then(|| Splats::new(gpu, stage)).transpose()?;
+        let splats =
+            plans.iter().any(|it| it.draw == Draw::Splat).then(|| Splats::new(gpu, stage)).transpose()?;
         let seed = (seed ^ seed >> 32) as u32;
         let mut sources = Vec::new();
         for (plan, stream) in plans.iter().zip(0..) {
@@ -106,8 +107,14 @@ impl Emitters {
                 PlannedThrows::Effect(effect) => {
                     let with_ground: &[_] = &[("Ground", ground.0.into())];
                     let resources = if effect.has_ground { with_ground } else { &[] };
-                    let drawn =
-                        Drawn::new::<Params>(gpu, stage, splats.as_ref(), plan, c"ballistic.sprites", resources)?;
+                    let drawn = Drawn::new::<Params>(
+                        gpu,
+                        stage,
+                        splats.as_ref(),
+                        plan,
+                        c"ballistic.sprites",
+                        resources,
+                    )?;
                     let grid = if effect.has_ground { ground.1 } else { GroundGrid::FLAT };
                     let params = effect.params(Moment::default(), seed, stream, &grid, plan.capacity);
                     Source::Flow(Flow {
@@ -123,7 +130,7 @@ impl Emitters {
                 }
                 PlannedThrows::Law(law) => {
                     let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?)
+                    Source::Swarm(Box::new(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?))
                 }
             });
         }
@@ -194,14 +201,14 @@ impl Emitters {
 
     fn swarms(&self) -> impl Iterator<Item = &Swarm> {
         self.sources.iter().filter_map(|it| match it {
-            Source::Swarm(swarm) => Some(swarm),
+            Source::Swarm(swarm) => Some(&**swarm),
             Source::Flow(_) => None,
         })
     }
 
     fn swarms_mut(&mut self) -> impl Iterator<Item = &mut Swarm> {
         self.sources.iter_mut().filter_map(|it| match it {
-            Source::Swarm(swarm) => Some(swarm),
+            Source::Swarm(swarm) => Some(&mut **swarm),
             Source::Flow(_) => None,
         })
     }

@@ -145,7 +145,8 @@ impl Swarm {
 
     pub fn draw(&self, rec: &mut Recorder<'_>) {
         if let Drawn::Triangles(sprites) = self.drawn() {
-            let at = if sprites.vertices() == Sprites::VERTICES { PoolState::QUADS } else { PoolState::POINTS };
+            let at =
+                if sprites.vertices() == Sprites::VERTICES { PoolState::QUADS } else { PoolState::POINTS };
             sprites.record_indirect(rec, self.pool.state(), at, &());
         }
     }

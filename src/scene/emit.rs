@@ -95,7 +95,11 @@ impl EmitterPlan {
             }
             add("particles.pool", size_of::<PoolState>() as u64, because.clone());
             add("particles.emitters, births, law", 80 + law.numbers.len() as u64, because.clone());
-            add("particles.places (8 bytes a tile; 1024 slots a tile)", u64::from(self.capacity.div_ceil(1024)) * 8, because.clone());
+            add(
+                "particles.places (8 bytes a tile; 1024 slots a tile)",
+                u64::from(self.capacity.div_ceil(1024)) * 8,
+                because.clone(),
+            );
             add("particles.glow (of the host)", 304, because.clone());
         }
         if let Some(([w, h], _)) = &self.texture {
@@ -103,12 +107,20 @@ impl EmitterPlan {
         }
         if self.needs_depth() && !list.iter().any(|it| it.name == "draw.scene_depth") {
             let why = format!("{because}.{}", if self.soft { "soft" } else { "draw = \"splat\"" });
-            list.push(PlannedBuffer { name: "draw.depth.copied".into(), bytes: 4 * pixels, because: why.clone() });
+            list.push(PlannedBuffer {
+                name: "draw.depth.copied".into(),
+                bytes: 4 * pixels,
+                because: why.clone(),
+            });
             list.push(PlannedBuffer { name: "draw.scene_depth".into(), bytes: 4 * pixels, because: why });
         }
         if self.draw == Draw::Splat && !list.iter().any(|it| it.name == "draw.splats") {
             let bytes = Splats::BYTES_A_PIXEL * pixels;
-            list.push(PlannedBuffer { name: "draw.splats".into(), bytes, because: format!("{because}.draw") });
+            list.push(PlannedBuffer {
+                name: "draw.splats".into(),
+                bytes,
+                because: format!("{because}.draw"),
+            });
         }
     }
 
@@ -116,7 +128,10 @@ impl EmitterPlan {
     pub(super) fn list_steps(&self, fps: f64, list: &mut Vec<(String, f64)>) {
         if let PlannedThrows::Law(law) = &self.throws {
             let steps = 1.0 / (fps * law.dt_s);
-            list.push((format!("particles.prepare, particles.{} ({})", law_name(&law.look.file), self.name), steps));
+            list.push((
+                format!("particles.prepare, particles.{} ({})", law_name(&law.look.file), self.name),
+                steps,
+            ));
         }
     }
 }
@@ -179,7 +194,9 @@ impl Scene {
                 let wanted = law.wanted(emitter);
                 let capacity = law.capacity.map_or(wanted, u64::from);
                 let reason = if capacity < wanted {
-                    format!("{reason}; room for {capacity} of about {wanted}: the rest is dropped and counted")
+                    format!(
+                        "{reason}; room for {capacity} of about {wanted}: the rest is dropped and counted"
+                    )
                 } else {
                     reason
                 };
@@ -238,7 +255,10 @@ impl Scene {
         let ground = if effect.has_ground { "#define GROUND_BINDING 8\n" } else { "" };
         let has_ground = self.terrain.is_some() || !self.water.is_empty();
         if effect.has_ground && !has_ground {
-            let reason = format!("ends on the ground (`ground = 1`), and emitter `{}` has none: [terrain] or [[water]]", emitter.name);
+            let reason = format!(
+                "ends on the ground (`ground = 1`), and emitter `{}` has none: [terrain] or [[water]]",
+                emitter.name
+            );
             return Err(shader(reason));
         }
         let (stage, after) = match draw {
@@ -325,7 +345,8 @@ impl Scene {
             return (closed, reason);
         }
         let tolerance = law.tolerance;
-        let least = |scale: f64, order: f64| (eta * (scale / tolerance).powf(1.0 / order)).ceil().clamp(1.0, 1024.0);
+        let least =
+            |scale: f64, order: f64| (eta * (scale / tolerance).powf(1.0 / order)).ceil().clamp(1.0, 1024.0);
         let (leapfrog, rk4) = (least(1.0, 2.0), least(0.4, 4.0));
         // Forces: 1 a substep, or 4.
         let (integrator, substeps, expected) = if leapfrog <= 4.0 * rk4 {
@@ -346,12 +367,16 @@ impl Scene {
             .map_err(|source| SceneError::Read { path: path.display().to_string(), source })?;
         let bad = |reason: String| SceneError::Shader { file: file.to_owned(), reason };
         let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
-        decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
+        decoder
+            .set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
         let mut reader = decoder.read_info().map_err(|error| bad(format!("not a PNG: {error}")))?;
         let info = reader.info();
         let size = [info.width, info.height];
         if size.iter().any(|&side| side > MOST_TEXELS) {
-            return Err(bad(format!("is {} x {} pixels; allowed: up to {MOST_TEXELS} each", size[0], size[1])));
+            return Err(bad(format!(
+                "is {} x {} pixels; allowed: up to {MOST_TEXELS} each",
+                size[0], size[1]
+            )));
         }
         let room = reader.output_buffer_size().ok_or_else(|| bad("is too large".into()))?;
         let mut pixels = vec![0; room];

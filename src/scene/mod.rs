@@ -50,7 +50,7 @@ pub(crate) use particles::MOST_CENTRES;
 pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
-pub use water::{Drop, Model, Rain, Source, Start, WaterScene, Walls};
+pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
 pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
 /// A scene: everything that a run needs, with defaults filled in and every value within its range.
@@ -185,7 +185,8 @@ impl Scene {
             return extent;
         }
         // Particles alone: what throws them and what pulls them.
-        let places = self.emitters.iter().filter_map(|it| it.at_m).chain(self.attractors.iter().map(|it| it.at_m));
+        let places =
+            self.emitters.iter().filter_map(|it| it.at_m).chain(self.attractors.iter().map(|it| it.at_m));
         2.0 * places.flatten().fold(5.0, |far: f32, x| far.max(x.abs()))
     }
 }

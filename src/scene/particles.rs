@@ -147,7 +147,11 @@ fn is_glsl(file: &str) -> bool {
     file.ends_with(".glsl")
 }
 
-pub(super) fn emitters(root: &mut Table<'_>, attractors: &[Attractor], has_ground: bool) -> Vec<EmitterScene> {
+pub(super) fn emitters(
+    root: &mut Table<'_>,
+    attractors: &[Attractor],
+    has_ground: bool,
+) -> Vec<EmitterScene> {
     let mut emitters: Vec<EmitterScene> = Vec::new();
     for table in root.tables("emitter") {
         let next = emitter(table, &emitters, attractors, has_ground);

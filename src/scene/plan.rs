@@ -2,7 +2,10 @@
 //! From a scene to what runs: models with their steps, starts, buffers and passes. No GPU is needed: `whitecap check`
 //! prints a plan, a run builds it.
 
-use super::{choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene};
+use super::{
+    choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation,
+    View, WaterScene,
+};
 use crate::{draw::TerrainGrid, water};
 use glam::{uvec2, vec2, Vec2};
 use serde::Serialize;
@@ -140,8 +143,15 @@ impl Scene {
             }
         };
         works::raise_walls(&self.water, &mut terrain);
-        let mut plan =
-            Plan { waters, emitters: self.plan_emitters()?, terrain, has_terrain, warnings, buffers: Vec::new(), passes: Vec::new() };
+        let mut plan = Plan {
+            waters,
+            emitters: self.plan_emitters()?,
+            terrain,
+            has_terrain,
+            warnings,
+            buffers: Vec::new(),
+            passes: Vec::new(),
+        };
         plan.list_buffers(self);
         plan.list_passes(self);
         Ok(plan)

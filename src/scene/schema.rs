@@ -13,7 +13,8 @@ use super::{
         Rule::{AtLeastZero, Within},
         Table,
     },
-    particles, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View, WaterScene,
+    particles, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
+    WaterScene,
 };
 
 /// Lengths and places (m): beyond them f32 has no columns left.
