@@ -69,7 +69,7 @@ impl Flow {
 }
 
 enum Source {
-    Flow(Flow),
+    Flow(Box<Flow>),
     Swarm(Box<Swarm>),
 }
 
@@ -117,7 +117,7 @@ impl Emitters {
                     )?;
                     let grid = if effect.has_ground { ground.1 } else { GroundGrid::FLAT };
                     let params = effect.params(Moment::default(), seed, stream, &grid, plan.capacity);
-                    Source::Flow(Flow {
+                    Source::Flow(Box::new(Flow {
                         name: plan.name.clone(),
                         effect: effect.clone(),
                         ground: grid,
@@ -126,7 +126,7 @@ impl Emitters {
                         capacity: plan.capacity,
                         drawn,
                         params,
-                    })
+                    }))
                 }
                 PlannedThrows::Law(law) => {
                     let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
