@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Twin of the pool, in plain loops: `glsl/particles/{prepare.comp,advance.glsl,birth.glsl,drag.glsl}`.
 
-use super::{Drag, EmitterState, EmitterWords, Particle, Step};
+use super::{Drag, EmitterState, EmitterWords, Particle, PoolInfo, Step};
 use crate::random;
 use glam::{vec3, DVec3, Vec3};
 
 /// A law in f32 or f64: moves a particle, says whether it goes on.
 pub type Law<'a> = &'a dyn Fn(&mut Particle, f32) -> bool;
+
+/// 2^127: numbers of a particle stay below.
+const MOST: f32 = 1.701_411_8e38;
 
 /// Counts, as the GPU has them but whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,6 +48,20 @@ pub struct Pool {
 }
 
 impl Pool {
+    /// An empty pool.
+    pub fn new(info: &PoolInfo<'_>) -> Self {
+        Self {
+            slots: Vec::new(),
+            emitters: info.emitters.iter().zip(0..).map(|(it, stream)| it.words(stream)).collect(),
+            births: info.emitters.iter().map(|it| it.state(info.start)).collect(),
+            tally: Tally::default(),
+            capacity: info.capacity,
+            life_ticks: info.life_ticks(),
+            seed: info.seed,
+            now: info.start,
+        }
+    }
+
     /// One step. `law` moves.
     pub fn step(&mut self, step: &Step, law: Law<'_>) {
         let births = self.prepare(step);
@@ -79,7 +96,7 @@ impl Pool {
         }
         for (it, dt_s) in &mut moved {
             let goes_on = law(it, *dt_s);
-            let is_sound = it.at_m.is_finite() && it.velocity_mps.is_finite();
+            let is_sound = [it.at_m, it.velocity_mps].into_iter().all(|v| v.abs().max_element() < MOST);
             let is_young = is_alive(it, now);
             if !is_sound {
                 (it.at_m, it.velocity_mps) = (Vec3::ZERO, Vec3::ZERO);
@@ -147,7 +164,7 @@ pub fn birth(
 /// Twin of `way_of`: unit vector of the particle `serial`.
 pub fn way(emitter: &EmitterWords, seed: u32, serial: u32) -> Vec3 {
     if emitter.corners == 1 {
-        let side = |bit: u32| if serial & bit == 0 { -1.0 } else { 1.0 } * 0.577_350_27;
+        let side = |bit: u32| if serial & bit == 0 { -0.577_350_27 } else { 0.577_350_27 };
         let units = random::units(random::bits(seed, emitter.stream, serial >> 3, 1));
         return turned(vec3(side(1), side(2), side(4)), units);
     }
