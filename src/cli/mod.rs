@@ -161,7 +161,8 @@ impl From<RunError> for Failure {
         match error {
             RunError::Scene(error) => error.into(),
             RunError::Water(error) => error.into(),
-            RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }

@@ -2,6 +2,7 @@
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
 pub mod bench;
+pub mod black_hole;
 pub mod depths;
 pub mod hard;
 pub mod linear;
@@ -96,7 +97,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -116,6 +117,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(nonlinear::NAME) {
         studies.extend(take(nonlinear::study(gpu, quick, progress)?));
+    }
+    if is_wanted(black_hole::NAME) {
+        studies.extend(black_hole::study(gpu, quick, progress)?);
     }
     Ok(Study {
         device: gpu.name().into(),

@@ -2,6 +2,8 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod black_hole;
+pub mod draw;
 pub mod particles;
 pub mod prims;
 pub mod water;
@@ -54,7 +56,7 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, prims::SUITE];
+const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, black_hole::SUITE, draw::SUITE, prims::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
