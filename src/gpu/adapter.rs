@@ -97,11 +97,6 @@ impl Adapter {
         self.kind == kind(vk::PhysicalDeviceType::CPU)
     }
 
-    /// Whether one of [`Adapter::optional`] is there.
-    pub fn has(&self, name: &str) -> bool {
-        self.optional.iter().any(|(known, is_there)| *known == name && *is_there)
-    }
-
     /// A queue family that the caller has chosen.
     pub(super) fn use_family(&mut self, instance: &ash::Instance, family: u32) {
         let families = unsafe { instance.get_physical_device_queue_family_properties(self.physical) };
