@@ -2,6 +2,7 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod ballistic;
 pub mod draw;
 pub mod water;
 
@@ -53,7 +54,7 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, draw::SUITE];
+const SUITES: &[Suite] = &[water::SUITE, ballistic::SUITE, draw::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -153,6 +154,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
             Ok(error.to_string())
         }
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),
     }
 }
