@@ -151,7 +151,7 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
-            study::Error::Wrong { .. } => Self::check(error.to_string()),
+            study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
         }
     }
 }

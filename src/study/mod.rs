@@ -55,6 +55,14 @@ pub enum Error {
         /// What there is.
         have: Vec<String>,
     },
+    /// A variant that this device does not take.
+    #[error("`{variant}`: the device has no {what}")]
+    Lacks {
+        /// The variant.
+        variant: String,
+        /// What it needs.
+        what: &'static str,
+    },
     /// A variant computes something else than its twin: its speed would mean nothing.
     #[error("`{variant}` is {apart:e} from its twin, {allowed:e} allowed: not timed")]
     Wrong {

@@ -2,6 +2,7 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod ballistic;
 pub mod black_hole;
 pub mod draw;
 pub mod particles;
@@ -56,7 +57,8 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, black_hole::SUITE, draw::SUITE, prims::SUITE];
+const SUITES: &[Suite] =
+    &[water::SUITE, particles::SUITE, black_hole::SUITE, ballistic::SUITE, draw::SUITE, prims::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -161,6 +163,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         }
         Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),
     }
 }
