@@ -2,8 +2,6 @@
 // CPU twin: disks::cpu::Disks::contacts.
 #include "disks/disks.glsl"
 #include "disks/box.glsl"
-layout(constant_id = 3) const bool LOADS_AHEAD = false;
-#define AHEAD LOADS_AHEAD
 
 layout(set = 0, binding = 0, std430) readonly buffer Place { vec4 place_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Start { uint start[]; };
@@ -16,7 +14,8 @@ layout(set = 0, binding = 4, std430) readonly buffer Motion { Motion_t motion[];
 vec4 place;
 uint found = NONE;
 
-void meet(uint k, vec4 other) {
+void meet(uint k) {
+    vec4 other = place_m[k];
     vecd d = way(at_of(place), at_of(other));
     float reach = radius_of(place) + radius_of(other);
     if (dot(d, d) < reach * reach) found = found == NONE ? k : MANY;

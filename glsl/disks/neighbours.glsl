@@ -1,7 +1,6 @@
 // visit(i, place) calls `meet(k)`, which the pass defines, with every disk k other than i that may touch disk i. Needs
 // `start[]`: what comes before a cell, of the disks that are in cells. Three runs of memory replace the nine lists of the
-// tutorial, nine the 27 in 3D. A pass that only reads places defines AHEAD, a constant, and `meet(k, place_m[k])`: where
-// it is true, four places are asked for before the first is looked at. CPU twin: disks::cpu::Disks::visit.
+// tutorial, nine the 27 in 3D. CPU twin: disks::cpu::Disks::visit.
 
 layout(constant_id = 2) const bool HAS_LARGE = false;
 
@@ -17,29 +16,9 @@ ivecd row_of(ivecd c, int r) { return ivec3(0, c.y + r % 3 - 1, c.z + r / 3 - 1)
 bool is_row(ivecd row, ivecd n) { return row.y >= 0 && row.y < n.y && row.z >= 0 && row.z < n.z; }
 #endif
 
-#ifdef AHEAD
-#define MEET(k) meet(k, place_m[k])
-#else
-#define MEET(k) meet(k)
-#endif
-
 void meet_run(uint i, uint first, uint last) {
-    first += large();
-    last += large();
-#ifdef AHEAD
-    if (AHEAD) {
-        for (uint k = first; k < last; k += 4u) {
-            vec4 next[4];
-            [[unroll]] for (uint j = 0u; j < 4u; ++j) next[j] = place_m[min(k + j, last - 1u)];
-            [[unroll]] for (uint j = 0u; j < 4u; ++j) {
-                if (k + j < last && k + j != i) meet(k + j, next[j]);
-            }
-        }
-        return;
-    }
-#endif
-    for (uint k = first; k < last; ++k) {
-        if (k != i) MEET(k);
+    for (uint k = large() + first; k < large() + last; ++k) {
+        if (k != i) meet(k);
     }
 }
 
@@ -84,7 +63,7 @@ void meet_far(uint i, ivecd c, ivecd reach) {
 // The large disks.
 void visit_large(uint i) {
     for (uint k = 0u; k < large(); ++k) {
-        if (k != i) MEET(k);
+        if (k != i) meet(k);
     }
 }
 

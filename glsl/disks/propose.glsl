@@ -4,8 +4,6 @@
 #include "disks/disks.glsl"
 #include "disks/box.glsl"
 layout(constant_id = 3) const bool REWINDS = true;
-layout(constant_id = 4) const bool LOADS_AHEAD = false;
-#define AHEAD LOADS_AHEAD
 
 layout(set = 0, binding = 0, std430) readonly buffer Place { vec4 place_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Motion { Motion_t motion[]; };
@@ -19,7 +17,8 @@ vec4 place;
 uint best = NONE, lowest = NONE, mine;
 float earliest = -1.0;
 
-void meet(uint k, vec4 other) {
+void meet(uint k) {
+    vec4 other = place_m[k];
     vecd d = way(at_of(place), at_of(other));
     float reach = radius_of(place) + radius_of(other);
     if (dot(d, d) >= reach * reach) return;

@@ -40,7 +40,7 @@ pub mod starts;
 
 pub use list::{List, ListDisk, ListState};
 pub use model::{Borders, Disk, Grid, Invalid, Model, Response, Space, Stir};
-pub use sorted::{Sorted, SortedState, Tuning};
+pub use sorted::{Sorted, SortedState};
 
 use crate::gpu;
 

@@ -13,25 +13,6 @@ const BLOCK: usize = 4096;
 /// `p.color` of the dispatch that has the contacts of large disks.
 const LARGE_ONES: u32 = u32::MAX;
 
-/// How passes are cut up. It changes the speed, never a bit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tuning {
-    /// Invocations of a workgroup.
-    pub group: u32,
-    /// Whether passes that search ask for four places before they look at the first.
-    pub loads_ahead: bool,
-}
-
-impl Tuning {
-    /// The fastest on this kind of device (docs/disks.md).
-    pub fn of(gpu: &Gpu) -> Self {
-        match gpu.adapter().is_software() {
-            true => Self { group: 64, loads_ahead: false },
-            false => Self { group: 128, loads_ahead: true },
-        }
-    }
-}
-
 /// The kernels of a response. They hold no box, so one set steps any number of them.
 pub struct Sorted {
     travel: Kernel,
@@ -143,15 +124,15 @@ impl Sorted {
     /// # Errors
     /// If the device does not take the kernels.
     pub fn new(gpu: &Gpu, model: &Model, has_large: bool, measures: bool) -> Result<Self> {
-        Self::tuned(gpu, model, has_large, measures, Tuning::of(gpu))
+        // 64, 128 and 256 are within 15 % of each other on an H100, and 256 the fastest but once (docs/disks.md).
+        Self::tuned(gpu, model, has_large, measures, 256)
     }
 
-    /// [`Sorted::new`], cut up by hand.
+    /// [`Sorted::new`] with workgroups of so many invocations: it changes no bit.
     ///
     /// # Errors
     /// If the device does not take the kernels.
-    pub fn tuned(gpu: &Gpu, model: &Model, has_large: bool, measures: bool, tuning: Tuning) -> Result<Self> {
-        let (group, ahead) = (tuning.group, u32::from(tuning.loads_ahead));
+    pub fn tuned(gpu: &Gpu, model: &Model, has_large: bool, measures: bool, group: u32) -> Result<Self> {
         let is_flat = model.space == Space::Flat;
         let (periodic, large, measured) =
             (u32::from(model.borders == Borders::Periodic), u32::from(has_large), u32::from(measures));
@@ -173,7 +154,7 @@ impl Sorted {
                 shaders::DISKS_CONTACTS_COMP,
                 shaders::DISKS_CONTACTS_SOLID_COMP,
                 respond_blocks(model.space, model.response)[0],
-                &[periodic, large, ahead],
+                &[periodic, large],
             )?],
             Response::GaussSeidel => vec![kernel(
                 c"disks.sweep",
@@ -190,7 +171,7 @@ impl Sorted {
                     shaders::DISKS_PROPOSE_COMP,
                     shaders::DISKS_PROPOSE_SOLID_COMP,
                     PROPOSE,
-                    &[periodic, large, u32::from(rewinds), ahead],
+                    &[periodic, large, u32::from(rewinds)],
                 )?,
                 kernel(
                     c"disks.collide",
@@ -261,7 +242,9 @@ impl Sorted {
         assert!(self.has_large || grid.large == 0, "{} disks are wider than a cell", grid.large);
         let (gpu, count) = (&self.gpu, disks.len());
         let mut order: Vec<u32> = (0..count as u32).collect();
-        order.sort_by_key(|&i| disks[i as usize].radius_m <= grid.small_m); // large ones first
+        if grid.large > 0 {
+            order.sort_by_key(|&i| disks[i as usize].radius_m <= grid.small_m); // large ones first
+        }
         let (place, motion) = pack(model.space, order.iter().map(|&id| (id, &disks[id as usize])));
 
         let words = |name: &str, count: usize| Buffer::new(gpu, name, 4 * count as u64, Residence::Device);

@@ -9,7 +9,7 @@ use common::{gpu, TestGpu};
 use glam::{dvec3, DVec3};
 use whitecap::disks::{
     cpu, edmd::Exact, oracle, starts, starts::Start, Borders, Disk, Grid, List, Model, Response, Sorted,
-    SortedState, Space, Stir, Tuning,
+    SortedState, Space, Stir,
 };
 
 const MATCHING: Response = Response::Matching { rounds: 3, rewinds: true };
@@ -174,16 +174,15 @@ fn neither_the_run_nor_the_workgroup_changes_a_bit() {
     let gpu = gpu();
     for response in RESPONSES {
         let start = crowd(Space::Flat, Borders::Walls, response, 3000, true);
-        let words = |group, loads_ahead| {
-            let tuning = Tuning { group, loads_ahead };
-            let kernels = Sorted::tuned(&gpu, &start.model, true, false, tuning).unwrap();
+        let words = |group| {
+            let kernels = Sorted::tuned(&gpu, &start.model, true, false, group).unwrap();
             let mut state = kernels.state(&start.model, &start.disks).unwrap();
             steps(&gpu, &mut state, 20, None);
             state.words(&gpu).unwrap()
         };
-        let want = words(64, false);
-        for (group, loads_ahead) in [(64, false), (32, true), (128, false), (256, true)] {
-            assert!(words(group, loads_ahead) == want, "{response:?}, workgroups of {group}");
+        let want = words(64);
+        for group in [64, 32, 128, 256] {
+            assert!(words(group) == want, "{response:?}, workgroups of {group}");
         }
     }
 }
