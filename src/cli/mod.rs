@@ -171,6 +171,7 @@ impl From<RunError> for Failure {
         match error {
             RunError::Scene(error) => error.into(),
             RunError::Water(error) => error.into(),
+            RunError::Disks(error) => error.into(),
             RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             RunError::File(error) => error.into(),

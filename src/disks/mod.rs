@@ -31,6 +31,7 @@
 //! Left out: friction, rotation, restitution below 1, and shapes other than the box.
 
 pub mod cpu;
+pub mod draw;
 pub mod edmd;
 mod list;
 mod model;

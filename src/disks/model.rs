@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Disks in a rectangle, or spheres in a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "tools", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Space {
     /// Disks: z is 0 everywhere.
     Flat,
@@ -13,6 +14,7 @@ pub enum Space {
 
 /// What is at the faces of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "tools", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Borders {
     /// Planes that mirror.
     Walls,
@@ -22,6 +24,7 @@ pub enum Borders {
 
 /// What disks do that touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "tools", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 pub enum Response {
     /// As the tutorial: elastic if it is the only contact of both, else the velocity is reversed.
     Seed,

@@ -15,7 +15,8 @@ pub struct Checkpoint {
     pub scene: u64,
     /// The last picture that was made, from 0.
     pub picture: u32,
-    /// Of every water: heights and velocities, or columns; then of every pool of particles, words as they are.
+    /// Of every water: heights and velocities, or columns; then of every pool of particles and every box of
+    /// disks, words as they are.
     pub states: Vec<Vec<f32>>,
 }
 
@@ -62,8 +63,8 @@ pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 
 /// Hash of everything in `scene` that the state depends on.
 pub fn scene_hash(scene: &Scene) -> u64 {
-    let simulated =
-        (scene.seed, scene.output.fps, &scene.terrain, &scene.water, &scene.emitters, &scene.attractors);
+    let thrown = (&scene.emitters, &scene.attractors);
+    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, thrown, &scene.disks);
     fnv(serde_json::to_vec(&simulated).expect("a scene is plain data"))
 }
 
@@ -101,7 +102,9 @@ impl Checkpoint {
             return Err(damaged("its checksum does not fit"));
         }
         let found = Self::parse(&body[MAGIC.len()..]).ok_or_else(|| damaged("its parts do not add up"))?;
-        if found.scene != scene_hash(scene) || found.states.len() != scene.water.len() + scene.pools() {
+        if found.scene != scene_hash(scene)
+            || found.states.len() != scene.water.len() + scene.pools() + scene.disks.len()
+        {
             return Err(CheckpointError::OtherScene { path: name() });
         }
         Ok(found)

@@ -7,6 +7,7 @@ pub mod checkpoint;
 pub mod clip;
 mod effects;
 mod falls;
+mod gas;
 mod lake;
 pub mod picture;
 pub mod stats;
@@ -25,6 +26,7 @@ use crate::{
 use checkpoint::{scene_hash, Checkpoint, CheckpointError};
 use clip::{Clip, ClipOptions};
 use effects::Emitters;
+use gas::Gas;
 use glam::{UVec2, Vec3};
 use lake::Lake;
 use picture::{contact_sheet, Picture};
@@ -70,6 +72,9 @@ pub enum RunError {
     /// The device's, or a parameter that only the device refuses.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// The same of a box of disks.
+    #[error(transparent)]
+    Disks(#[from] crate::disks::Error),
     /// The same of a pool of particles.
     #[error(transparent)]
     Particles(#[from] particles::Error),
@@ -94,6 +99,7 @@ pub struct World {
     stage: Stage,
     lakes: Vec<Lake>,
     emitters: Emitters,
+    gases: Vec<Gas>,
     lamp: Option<(Vec3, Vec3)>,
     scene: Scene,
     time_s: f64,
@@ -110,6 +116,7 @@ impl World {
         let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
+            false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
             false => [0.0, 0.0, 0.0, 1.0],
         };
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
@@ -127,8 +134,10 @@ impl World {
             let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
             Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
         };
+        let gases =
+            scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
         let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
-        Ok(Self { stage, lakes, emitters, lamp, scene: scene.clone(), time_s: 0.0 })
+        Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
     /// Lets `frame_s` pass, and draws a picture of what there is then.
@@ -143,6 +152,8 @@ impl World {
         self.time_s += frame_s;
         self.look();
         let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
+        let gases = &mut self.gases;
+        gases.iter_mut().for_each(|gas| gas.advance(frame_s));
         lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
         emitters.advance(frame_s, self.time_s);
         let mut times = gpu::Times::default();
@@ -155,9 +166,19 @@ impl World {
                         (Err(error), _) | (_, Err(error)) => Err(error),
                     };
                 }
+                for gas in gases.iter_mut() {
+                    let is_done = gas.record(rec);
+                    if let Ok(others) = &mut done {
+                        *others &= is_done;
+                    }
+                }
                 if matches!(done, Ok(true)) {
                     emitters.record(rec);
-                    let mut opaque = |rec: &mut Recorder<'_>| lakes.iter().for_each(|lake| lake.draw(rec));
+                    gases.iter().for_each(|gas| gas.before_drawing(rec));
+                    let mut opaque = |rec: &mut Recorder<'_>| {
+                        lakes.iter().for_each(|lake| lake.draw(rec));
+                        gases.iter().for_each(|gas| gas.draw(rec));
+                    };
                     let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
                     let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
                     let layers = Layers {
@@ -207,6 +228,9 @@ impl World {
         let lakes = self.lakes.iter().map(|lake| Ok(format!("{:016x}", lake.hash(gpu)?)));
         let mut hashes = lakes.collect::<Result<Vec<_>, RunError>>()?;
         hashes.extend(self.emitters.hashes()?);
+        for gas in &self.gases {
+            hashes.push(gas.hash(gpu)?);
+        }
         Ok(hashes)
     }
 
@@ -217,6 +241,9 @@ impl World {
     pub fn checkpoint(&self, gpu: &Gpu, picture: u32) -> Result<Checkpoint, RunError> {
         let mut states = self.lakes.iter().map(|lake| lake.state(gpu)).collect::<Result<Vec<_>, _>>()?;
         states.extend(self.emitters.states()?);
+        for gas in &self.gases {
+            states.push(gas.state(gpu)?);
+        }
         Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
     }
 
@@ -231,7 +258,13 @@ impl World {
                 return Ok(false);
             }
         }
-        let pools = &from.states[self.lakes.len().min(from.states.len())..];
+        let others = &from.states[self.lakes.len().min(from.states.len())..];
+        let (pools, boxes) = others.split_at(others.len().saturating_sub(self.gases.len()));
+        for (gas, state) in self.gases.iter_mut().zip(boxes) {
+            if !gas.restore(gpu, state, from.picture, frame_s)? {
+                return Ok(false);
+            }
+        }
         if !self.emitters.restore(pools, from.picture, frame_s)? {
             return Ok(false);
         }
@@ -278,6 +311,7 @@ pub fn run(
         passes: Vec::new(),
         waters: Vec::new(),
         emitters: Vec::new(),
+        disks: Vec::new(),
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
@@ -328,6 +362,7 @@ pub fn run(
         stats.waters.push(lake.stats(gpu)?);
     }
     stats.emitters = world.emitters.stats()?;
+    stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
     stats.wall_s = start.elapsed().as_secs_f64();
     let path = options.out.join("stats.json");

@@ -33,7 +33,10 @@ pub struct Stats {
     /// By emitter, as in the scene.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub emitters: Vec<EmitterStats>,
-    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles.
+    /// By box of disks, as in the scene.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub disks: Vec<DisksStats>,
+    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles, one a box of disks.
     pub hashes: Vec<(u32, Vec<String>)>,
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -119,6 +122,25 @@ pub struct EmitterStats {
     pub dt_s: Option<f64>,
     /// Of all that lives at the end.
     pub state_hash: Option<String>,
+}
+
+/// What became of one box of disks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DisksStats {
+    /// As in the scene.
+    pub name: String,
+    /// How many.
+    pub count: u64,
+    /// Share of the box that is disk.
+    pub packing: f64,
+    /// Steps taken, substeps included.
+    pub steps: u64,
+    /// Of each (s).
+    pub dt_s: f64,
+    /// Kinetic energy at the end, of the start's, less 1; gravity adds to it.
+    pub energy_drift: f64,
+    /// Of all that the next step depends on.
+    pub state_hash: String,
 }
 
 impl Stats {

@@ -6,7 +6,7 @@ use super::{Override, Scene, SceneError};
 /// A built-in scene: name, one line for people, TOML.
 struct Builtin(&'static str, &'static str, &'static str);
 
-const SCENES: [Builtin; 12] = [
+const SCENES: [Builtin; 15] = [
     Builtin("fjord", "Waves among rocky islands in a mountain lake", include_str!("../../scenes/fjord.toml")),
     Builtin("pond", "Drops falling into a stony pond", include_str!("../../scenes/pond.toml")),
     Builtin(
@@ -39,6 +39,21 @@ const SCENES: [Builtin; 12] = [
     Builtin("campfire", "Flames, sparks and smoke at night", include_str!("../../scenes/campfire.toml")),
     Builtin("rain", "Rain that splashes on a lake and its shore", include_str!("../../scenes/rain.toml")),
     Builtin("fireworks", "Shells that burst over a bay", include_str!("../../scenes/fireworks.toml")),
+    Builtin(
+        "gas",
+        "Two thousand disks that collide: the tutorial's box",
+        include_str!("../../scenes/gas.toml"),
+    ),
+    Builtin(
+        "brownian",
+        "A heavy disk among ten thousand light ones",
+        include_str!("../../scenes/brownian.toml"),
+    ),
+    Builtin(
+        "avalanche",
+        "A hundred thousand spheres that tumble down",
+        include_str!("../../scenes/avalanche.toml"),
+    ),
 ];
 
 const ASSETS: [(&str, &[u8]); 4] = [

@@ -24,6 +24,7 @@
 mod asc;
 pub mod builtin;
 mod choose;
+mod disks;
 mod emit;
 mod error;
 mod heightmap;
@@ -42,6 +43,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
+pub use disks::{DisksScene, Heavy};
 pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
@@ -76,6 +78,8 @@ pub struct Scene {
     /// What pulls them.
     #[serde(rename = "attractor")]
     pub attractors: Vec<Attractor>,
+    /// Boxes of disks or spheres that collide.
+    pub disks: Vec<DisksScene>,
     /// The folder that asset paths are relative to; `None` is the current one.
     #[serde(skip)]
     pub base_dir: Option<PathBuf>,
@@ -181,8 +185,9 @@ impl Scene {
     pub fn extent_m(&self) -> f32 {
         let sizes = self.terrain.iter().map(|t| t.size_m).chain(self.water.iter().map(|w| w.size_m));
         let extent = sizes.flatten().fold(0.0, f32::max);
-        if extent > 0.0 {
-            return extent;
+        let boxes = self.disks.iter().flat_map(|it| it.size_m).fold(0.0, f64::max) as f32;
+        if extent.max(boxes) > 0.0 {
+            return extent.max(6.0 * boxes);
         }
         // Particles alone: what throws them and what pulls them.
         let places =

@@ -53,6 +53,8 @@ pub struct Plan {
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
     pub has_terrain: bool,
+    /// Whether it has spheres, which stand on ground.
+    pub has_spheres: bool,
     /// Of the heightmap.
     pub warnings: Vec<String>,
     /// All buffers and images.
@@ -148,6 +150,7 @@ impl Scene {
             emitters: self.plan_emitters()?,
             terrain,
             has_terrain,
+            has_spheres: self.disks.iter().any(|it| it.space == crate::disks::Space::Solid),
             warnings,
             buffers: Vec::new(),
             passes: Vec::new(),
@@ -166,7 +169,7 @@ impl Plan {
 
     /// Whether there is ground to be seen; particles alone have none, and no sky either.
     pub fn has_ground(&self) -> bool {
-        self.has_terrain || !self.waters.is_empty()
+        self.has_terrain || !self.waters.is_empty() || self.has_spheres
     }
 
     fn list_buffers(&mut self, scene: &Scene) {
@@ -224,6 +227,9 @@ impl Plan {
             add("draw.terrain_m", 4 * samples, ground.into());
             add("draw.light", 4 * samples, ground.into());
         }
+        for disks in &scene.disks {
+            disks.list_buffers(scene.seed, &mut list);
+        }
         for emitter in &self.emitters {
             emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
         }
@@ -260,6 +266,9 @@ impl Plan {
                     water.steps_per_picture,
                 ));
             }
+        }
+        for disks in &scene.disks {
+            disks.list_passes(scene, &mut self.passes);
         }
         for emitter in &self.emitters {
             emitter.list_steps(scene.output.fps, &mut self.passes);

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::{
-    builtin,
+    builtin, disks,
     error::ProblemKind,
     heightmap::{self, Format},
     node::Sources,
@@ -43,11 +43,13 @@ pub(super) fn scene(
     }
     let attractors = particles::attractors(&mut table);
     let emitters = particles::emitters(&mut table, &attractors, terrain.is_some() || !water.is_empty());
+    let disks = disks::disks(&mut table);
     // A water that could not be read has been reported already.
-    let is_empty = water.is_empty() && emitters.is_empty();
-    let is_blank = !table.has("terrain") && !table.has("water") && !table.has("emitter");
+    let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty();
+    let tables = ["terrain", "water", "emitter", "disks"];
+    let is_blank = !tables.into_iter().any(|key| table.has(key));
     if is_empty && (is_blank || !table.has("terrain") && reader.is_clean()) {
-        table.conflict("", "nothing to see: a scene has [terrain], [[water]] or [[emitter]]");
+        table.conflict("", "nothing to see: a scene has [terrain], [[water]], [[emitter]] or [[disks]]");
     }
     let camera_table = table.table("camera");
     let mut scene = Scene {
@@ -60,6 +62,7 @@ pub(super) fn scene(
         water,
         emitters,
         attractors,
+        disks,
         base_dir: base_dir.map(Path::to_owned),
     };
     scene.camera = camera_table.map(|table| camera(table, scene.camera()));
