@@ -31,18 +31,19 @@ const YARD_HEIGHT_M: [f64; 2] = [0.0, 1.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let write = |name: &str, [width, height]: [usize; 2], grey: Vec<u16>| -> Result<(), Box<dyn std::error::Error>> {
-        let file = BufWriter::new(File::create(scenes.join(name))?);
-        let mut encoder = png::Encoder::new(file, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Sixteen);
-        encoder.set_compression(png::Compression::High);
-        encoder.set_filter(png::Filter::Adaptive);
-        let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_be_bytes).collect();
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
-        Ok(writer.finish()?)
-    };
+    let write =
+        |name: &str, [width, height]: [usize; 2], grey: Vec<u16>| -> Result<(), Box<dyn std::error::Error>> {
+            let file = BufWriter::new(File::create(scenes.join(name))?);
+            let mut encoder = png::Encoder::new(file, width as u32, height as u32);
+            encoder.set_color(png::ColorType::Grayscale);
+            encoder.set_depth(png::BitDepth::Sixteen);
+            encoder.set_compression(png::Compression::High);
+            encoder.set_filter(png::Filter::Adaptive);
+            let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_be_bytes).collect();
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&bytes)?;
+            Ok(writer.finish()?)
+        };
     write("fjord.png", [FJORD_SIDE; 2], fjord())?;
     write("town.png", TOWN_SAMPLES, town())?;
     write("yard.png", YARD_SAMPLES, yard())?;
@@ -51,7 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Grey values of a height that is given in the middle of every cell of a rectangle round the origin.
-fn grey(samples: [usize; 2], cell_m: f64, [black, white]: [f64; 2], height: impl Fn(f64, f64) -> f64) -> Vec<u16> {
+fn grey(
+    samples: [usize; 2],
+    cell_m: f64,
+    [black, white]: [f64; 2],
+    height: impl Fn(f64, f64) -> f64,
+) -> Vec<u16> {
     let at = |i: usize, n: usize| (i as f64 + 0.5 - n as f64 / 2.0) * cell_m;
     let [width, depth] = samples;
     let share = |i: usize| (height(at(i % width, width), at(i / width, depth)) - black) / (white - black);

@@ -138,7 +138,10 @@ fn every_key_is_read() {
     assert_eq!(water.drops[0], drop);
     assert_eq!([0, 1, 7, 8].map(|n| drop.time_s(n)), [Some(6.0), Some(13.0), Some(55.0), None]);
     assert_eq!([0, 1].map(|n| water.drops[1].time_s(n)), [Some(0.0), None]);
-    assert_eq!(water.rain, Some(Rain { mm_per_h: 0.0, drops_per_s: 9.0, radius_m: 10.0, volume_m3: -1.0, push_m3ps: 0.0 }));
+    assert_eq!(
+        water.rain,
+        Some(Rain { mm_per_h: 0.0, drops_per_s: 9.0, radius_m: 10.0, volume_m3: -1.0, push_m3ps: 0.0 })
+    );
     let sombrero = Start::Sombrero { height_m: 1.0, at_m: [2.0, 3.0], radius_m: 4.0 };
     assert_eq!(scene.water[1].start, sombrero);
     assert_eq!(scene.water[1].size_m, [7.0, 7.0]);

@@ -130,8 +130,7 @@ const GROUPS: [UVec2; 13] = [
 ];
 
 /// Of `shallow`, which are one lane high.
-const WALKS: [UVec2; 6] =
-    [uvec2(32, 1), uvec2(64, 1), uvec2(96, 1), uvec2(128, 1), uvec2(192, 1), uvec2(256, 1)];
+const WALKS: [UVec2; 3] = [uvec2(32, 1), uvec2(64, 1), uvec2(128, 1)];
 
 /// Cells per second of a variant with every tuning, on a grid of `size` by `size`, the fastest first. A tuning that the
 /// device does not take is left out.
@@ -150,7 +149,7 @@ pub fn sweep_tuning(
     }
     let effort = Effort { run_ms: 10.0, fewest_runs: 9, budget_s: 0.5 };
     let (groups, rows): (&[UVec2], &[u32]) = match depths::tier_of(variant) {
-        Some(Tier::Shallow) => (&WALKS, &[8, 16, 24, 32, 48, 64, 96, 128]),
+        Some(Tier::Shallow) => (&WALKS, &[13, 29, 45, 61, 93, 125]),
         _ => (&GROUPS, &[1, 2, 4, 8, 16, 32]),
     };
     let mut rates = Vec::new();
