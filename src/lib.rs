@@ -3,16 +3,22 @@
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
+//! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
+//! - [`prims`]: scan, compaction, counting sort.
+//! - [`particles`]: pools of particles with a law.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
 #![warn(missing_docs)]
 
+pub mod ballistic;
 pub mod clock;
 pub mod draw;
 pub mod gpu;
+pub mod particles;
+pub mod prims;
 pub mod random;
 #[cfg(feature = "tools")]
 pub mod run;

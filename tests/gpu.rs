@@ -92,7 +92,8 @@ fn water_structs() {
                     level_m,
                     ripple,
                     foam_m,
-                    reserved
+                    speeds,
+                    white_mps
                 }
         );
     }
@@ -114,7 +115,10 @@ fn views() {
                     terrain_size_m,
                     terrain_cells,
                     pixels,
-                    reserved
+                    daylight,
+                    reserved,
+                    lamp_m,
+                    lamp
                 }
         );
     }

@@ -25,6 +25,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint LANES = 32u;  // the same number
 layout(constant_id = 2) const uint rows = 61u;   // best of the form 4 k + 1: rows are taken by fours, with 7 more
+layout(constant_id = 3) const bool has_advection = true;  // else A is nothing: no bores, but the model of wet in velocities
 
 layout(set = 0, binding = 0, std430) readonly buffer Bed { vec4 bed_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Rise { vec4 rise_m[]; };
@@ -103,6 +104,7 @@ vec4 advance(vec4 here, vec4 back, vec4 ahead, vec4 left, vec4 right, vec4 flow_
     precise vec4 head = max(surface_a, surface_b) - max(bed_a, bed_b);
     vec4 a = max(flow_back, 0.0), b = max(-flow_ahead, 0.0), c = max(flow_left, 0.0), d = max(-flow_right, 0.0);
     precise vec4 brought = (a * (here - back) + b * (here - ahead)) + (c * (here - left) + d * (here - right));
+    brought = has_advection ? brought : vec4(0.0);
     precise vec4 mean = 0.5 * (depth_a + depth_b);
     precise vec4 over = max(mean, p.reach * ((a + b) + (c + d)));
     precise vec4 slope = slope_of(surface_a, surface_b, bed_a, bed_b);

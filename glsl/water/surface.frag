@@ -101,5 +101,5 @@ void main() {
         float bubbles = smoothstep(0.35, -0.45, drifting(at_m.xz, 1.7) + 0.9 * (0.55 - flow.z));
         water = mix(water, foam, 0.9 * bubbles * smoothstep(0.0, 0.3, flow.z));
     }
-    color = vec4(with_haze(water, from_eye), 1.0);
+    color = vec4(with_haze(water, from_eye) * view.daylight, 1.0);
 }

@@ -406,6 +406,15 @@ pub fn apart(got: &[f32], want: &[f64]) -> f64 {
     water().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / highest
 }
 
+/// The larger of two; what is no number is larger than all, where `f64::max` would lose it.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() {
+        a
+    } else {
+        b
+    }
+}
+
 /// Root of the mean square.
 pub fn rms<T: Copy + Into<f64>>(numbers: &[T]) -> f64 {
     (numbers.iter().map(|&h| h.into().powi(2)).sum::<f64>() / numbers.len() as f64).sqrt()

@@ -20,6 +20,7 @@ struct Numbers<T> {
     rain: T,
     thin: T,
     fastest: T,
+    has_advection: bool,
 }
 
 /// One column as its neighbours see it.
@@ -71,6 +72,7 @@ impl<T: Real + Div<Output = T>> Depths<T> {
             rain: T::default(),
             thin: T::of(model.thin_m),
             fastest: T::of(model.cell_m / model.dt_s),
+            has_advection: true,
         };
         Self {
             bed_m: of(&bed),
@@ -81,6 +83,12 @@ impl<T: Real + Div<Output = T>> Depths<T> {
             tier,
             numbers,
         }
+    }
+
+    /// As [`super::Shallow::without_advection`].
+    pub fn without_advection(mut self) -> Self {
+        self.numbers.has_advection = false;
+        self
     }
 
     /// Depth of a column, a debt as below zero (m); walls have none.
@@ -274,6 +282,7 @@ fn advance<T: Real + Div<Output = T>>(
     let brings = [max(flows[0], zero), max(-flows[1], zero), max(flows[2], zero), max(-flows[3], zero)];
     let brought = (brings[0] * (here - round[0]) + brings[1] * (here - round[1]))
         + (brings[2] * (here - round[2]) + brings[3] * (here - round[3]));
+    let brought = if p.has_advection { brought } else { zero };
     let mean = T::of(0.5) * (a.depth + b.depth);
     let over = max(mean, p.reach * ((brings[0] + brings[1]) + (brings[2] + brings[3])));
     let velocity = p.keep * ((here - p.reach * brought / over) + p.pull * slope_of(a, b));

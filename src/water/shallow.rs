@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `shallow`: the shallow-water equations, one step a dispatch. Reads `glsl/water/shallow.comp`.
+//! `shallow`: the shallow-water equations, one step a dispatch. Reads `glsl/water/shallow.comp`. The same kernel leaves
+//! out advection when asked to: face velocities that carry the depth of upstream, between `wet` and the whole equations,
+//! for studies of what advection is worth.
 
 use super::{
     depth::{Buffers, DepthParams, DepthState, Tier},
@@ -27,6 +29,18 @@ impl Shallow {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        Self::with(gpu, tuning, true)
+    }
+
+    /// Velocities that gravity alone changes: cheaper only in what is computed, not in what is read and written.
+    ///
+    /// # Errors
+    /// If the device does not take the tuning.
+    pub fn without_advection(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        Self::with(gpu, tuning, false)
+    }
+
+    fn with(gpu: &Gpu, tuning: Tuning, has_advection: bool) -> Result<Self> {
         let (UVec2 { x: lanes, y: high }, allowed) =
             (tuning.group, gpu.limits().max_compute_shared_memory_size);
         let refused = |what| Err(gpu::Error::Interface { kernel: "water.shallow".into(), what });
@@ -44,7 +58,7 @@ impl Shallow {
             name: c"water.shallow",
             spv: shaders::WATER_SHALLOW_COMP,
             blocks: &["Bed", "Rise", "Before", "Speed", "NewRise", "NewBefore", "NewSpeed"],
-            constants: &[lanes, lanes, tuning.rows],
+            constants: &[lanes, lanes, tuning.rows, u32::from(has_advection)],
         };
         Ok(Self { step: Kernel::new::<DepthParams>(gpu, &info)?, tuning, gpu: gpu.clone() })
     }
