@@ -31,18 +31,19 @@ const YARD_HEIGHT_M: [f64; 2] = [0.0, 1.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let write = |name: &str, [width, height]: [usize; 2], grey: Vec<u16>| -> Result<(), Box<dyn std::error::Error>> {
-        let file = BufWriter::new(File::create(scenes.join(name))?);
-        let mut encoder = png::Encoder::new(file, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Sixteen);
-        encoder.set_compression(png::Compression::High);
-        encoder.set_filter(png::Filter::Adaptive);
-        let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_be_bytes).collect();
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
-        Ok(writer.finish()?)
-    };
+    let write =
+        |name: &str, [width, height]: [usize; 2], grey: Vec<u16>| -> Result<(), Box<dyn std::error::Error>> {
+            let file = BufWriter::new(File::create(scenes.join(name))?);
+            let mut encoder = png::Encoder::new(file, width as u32, height as u32);
+            encoder.set_color(png::ColorType::Grayscale);
+            encoder.set_depth(png::BitDepth::Sixteen);
+            encoder.set_compression(png::Compression::High);
+            encoder.set_filter(png::Filter::Adaptive);
+            let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_be_bytes).collect();
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&bytes)?;
+            Ok(writer.finish()?)
+        };
     write("fjord.png", [FJORD_SIDE; 2], fjord())?;
     write("town.png", TOWN_SAMPLES, town())?;
     write("yard.png", YARD_SAMPLES, yard())?;
@@ -51,7 +52,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Grey values of a height that is given in the middle of every cell of a rectangle round the origin.
-fn grey(samples: [usize; 2], cell_m: f64, [black, white]: [f64; 2], height: impl Fn(f64, f64) -> f64) -> Vec<u16> {
+fn grey(
+    samples: [usize; 2],
+    cell_m: f64,
+    [black, white]: [f64; 2],
+    height: impl Fn(f64, f64) -> f64,
+) -> Vec<u16> {
     let at = |i: usize, n: usize| (i as f64 + 0.5 - n as f64 / 2.0) * cell_m;
     let [width, depth] = samples;
     let share = |i: usize| (height(at(i % width, width), at(i / width, depth)) - black) / (white - black);
@@ -82,11 +88,13 @@ pub fn yard() -> Vec<u16> {
     grey(YARD_SAMPLES, YARD_CELL_M, YARD_HEIGHT_M, |x, z| {
         let wx = x + 0.4 * fbm(x / 2.0, z / 2.0, 3, 51);
         let wz = z + 0.4 * fbm(x / 2.0, z / 2.0, 3, 52);
-        let ground = 0.45 + 0.26 * fbm(wx / 3.1, wz / 3.1, 3, 53) + 0.03 * fbm(x / 0.5, z / 0.5, 4, 54);
+        let ground = 0.45 + 0.34 * fbm(wx / 3.4, wz / 3.4, 2, 53) + 0.035 * fbm(x / 0.7, z / 0.7, 4, 54);
         let across = wz - 0.9 - 0.22 * wx;
-        let rut = |at: f64| 0.09 * smooth(0.3, 0.06, (across - at).abs());
+        let rut = |at: f64| 0.11 * smooth(0.34, 0.08, (across - at).abs());
         let bank = 0.35 * smooth(0.7, 1.05, (x.abs() / 6.0).max(z.abs() / 4.0));
-        ground + bank - rut(-0.75) - rut(0.75) + stones(1.6 * x, 1.6 * z) * 0.35
+        // A few stones lie about.
+        let pebbles = 0.3 * stones(1.3 * x, 1.3 * z) * smooth(0.0, 0.35, fbm(x / 1.9, z / 1.9, 2, 55));
+        ground + bank - rut(-0.75) - rut(0.75) + pebbles
     })
 }
 

@@ -4,7 +4,9 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
-    scene::{builtin, percent, percent_expected, Override, Scene, SceneError, Verdict, WaterPlan, WaterScene},
+    scene::{
+        builtin, percent, percent_expected, Override, Scene, SceneError, Verdict, WaterPlan, WaterScene,
+    },
     study::shapes::table,
 };
 

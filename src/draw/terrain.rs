@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::{
     gpu::{
-        Access, Blend, Bound, Buffer, Depth, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder,
-        Result, Topology,
+        Access, Blend, Bound, Buffer, Depth, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder, Result,
+        Topology,
     },
     shaders,
 };

@@ -21,7 +21,11 @@ const SCENES: [Builtin; 7] = [
     ),
     Builtin("harbour", "Swell and a launch between breakwaters", include_str!("../../scenes/harbour.toml")),
     Builtin("dam_break", "A flood from a burst dam in a town", include_str!("../../scenes/dam_break.toml")),
-    Builtin("puddles", "Rain that collects in the hollows of a yard", include_str!("../../scenes/puddles.toml")),
+    Builtin(
+        "puddles",
+        "Rain that collects in the hollows of a yard",
+        include_str!("../../scenes/puddles.toml"),
+    ),
 ];
 
 const ASSETS: [(&str, &[u8]); 4] = [

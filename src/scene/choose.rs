@@ -147,7 +147,11 @@ pub fn percent_expected(share: f64) -> String {
 pub fn percent(share: f64) -> String {
     let digits = (1 - (100.0 * share).abs().max(1e-12).log10().floor() as i32).clamp(0, 8) as usize;
     let text = format!("{:.digits$}", 100.0 * share);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text
+    }
 }
 
 /// The variants of a scene that says no more of them than `wishes`, in the order of the rungs.
@@ -166,7 +170,12 @@ fn candidates(wishes: &Wishes) -> Vec<Variant> {
 ///
 /// # Errors
 /// Every key that does not go with the model asked for, or why no model will do.
-pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: f64) -> Result<(), Vec<Refusal>> {
+pub(super) fn choose(
+    water: &mut WaterScene,
+    wishes: &Wishes,
+    span_s: f64,
+    fps: f64,
+) -> Result<(), Vec<Refusal>> {
     let asked = wishes.model;
     let variants = candidates(wishes);
     let order = wishes.order.unwrap_or(2);
@@ -200,7 +209,8 @@ pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: 
     };
     let able: Vec<usize> = (0..verdicts.len()).filter(|&i| able(&verdicts[i])).collect();
     let Some(&first) = able.first() else {
-        let lacks = |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{:?} for {lacks}", v.variant.model.name()));
+        let lacks =
+            |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{:?} for {lacks}", v.variant.model.name()));
         let mut lacks: Vec<_> = verdicts.iter().skip(1).filter_map(lacks).collect();
         lacks.dedup();
         let why = format!("is left to be chosen, and none will do: not {}", lacks.join("; "));
@@ -253,11 +263,26 @@ fn lacks(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack> {
     let pushes = water.drops.iter().any(|drop| drop.push_m3ps != 0.0);
     let rain = water.rain.as_ref();
     needs(pushes, "drop", &[Waves], "no velocity of the surface to push");
-    needs(rain.is_some_and(|rain| rain.push_m3ps != 0.0), "rain", &[Waves], "no velocity of the surface to push");
-    needs(rain.is_some_and(|rain| rain.mm_per_h != 0.0), "rain", &[Wet, Shallow], "no land for mm_per_h to fall on");
+    needs(
+        rain.is_some_and(|rain| rain.push_m3ps != 0.0),
+        "rain",
+        &[Waves],
+        "no velocity of the surface to push",
+    );
+    needs(
+        rain.is_some_and(|rain| rain.mm_per_h != 0.0),
+        "rain",
+        &[Wet, Shallow],
+        "no land for mm_per_h to fall on",
+    );
     needs(water.borders.any_absorbs(), "borders", &[Waves], "no velocity of the surface to damp");
     needs(!water.barriers.is_empty(), "wall", &[Waves, Pipes, Wet, Shallow], "the whole grid as its basin");
-    needs(!water.bodies.is_empty(), "body", &[Book, Waves, Pipes], "no level that stays, for bodies to float at");
+    needs(
+        !water.bodies.is_empty(),
+        "body",
+        &[Book, Waves, Pipes],
+        "no level that stays, for bodies to float at",
+    );
     needs(wishes.foam == Some(true), "foam", &[Pipes, Wet, Shallow], "no flows to show");
     needs(wishes.diagonal.is_some(), "diagonal", &[Book, Waves, Pipes], "no diagonal pipes");
     needs(wishes.walls == Some(Walls::Folded), "walls", &[Waves, Pipes], "no diagonal pipes to fold");
@@ -293,12 +318,16 @@ fn features(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack>
     wrong(wishes.has_terrain && !has_ground, "terrain", "the bottom is not even, and shores move");
     wrong(!water.sources.is_empty() && !has_ground, "source", "levels rise, and a drain may fall dry");
     let is_rough = variant.model != Model::Shallow && breaks(water);
-    wrong(water.tolerance.is_none() && is_rough, "start", "it breaks into a bore, which only advection carries");
+    wrong(
+        water.tolerance.is_none() && is_rough,
+        "start",
+        "it breaks into a bore, which only advection carries",
+    );
     list
 }
 
 fn breaks(water: &WaterScene) -> bool {
-    waves_of(water).iter().any(|wave| wave.spectrum_is_edge() && wave.height_m > BREAKING * water.depth_m)
+    waves_of(water).iter().any(|wave| wave.is_dam(water.depth_m))
 }
 
 /// Something that is let go: how high, how wide, of which wave numbers.
@@ -318,8 +347,8 @@ enum Spectrum {
 }
 
 impl Wave {
-    fn spectrum_is_edge(&self) -> bool {
-        matches!(self.spectrum, Spectrum::Edge(_))
+    fn is_dam(&self, depth_m: f64) -> bool {
+        matches!(self.spectrum, Spectrum::Edge(_)) && self.height_m > BREAKING * depth_m
     }
 
     fn gauss(height_m: f64, sigma_m: f64) -> Self {
@@ -397,14 +426,17 @@ fn expected_errors(water: &WaterScene, variant: &Variant, span_s: f64, step_s: f
     let worst = |error: &dyn Fn(&Wave) -> f64| waves_of(water).iter().map(error).fold(0.0, f64::max);
     [
         worst(&|wave| model_error(variant.model, wave, water.depth_m, way_m, longer)),
-        worst(&|wave| grid_error(variant, &wave.spectrum, courant, water.column_m(), way_m)),
+        worst(&|wave| match wave.is_dam(water.depth_m) {
+            true => 0.0, // in the fit of the model's
+            false => grid_error(variant, &wave.spectrum, courant, water.column_m(), way_m),
+        }),
     ]
 }
 
 /// Fits of measured errors: smooth humps below a third of the depth, and dam breaks (L1; docs/water.md).
 fn model_error(model: Model, wave: &Wave, depth_m: f64, way_m: f64, cells: f64) -> f64 {
     let share = wave.height_m / depth_m;
-    let is_dam = wave.spectrum_is_edge() && share > BREAKING;
+    let is_dam = wave.is_dam(depth_m);
     match model {
         Model::Book | Model::Waves | Model::Pipes if is_dam => 0.6,
         Model::Wet if is_dam => 0.75,
@@ -425,7 +457,11 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
         let s = if variant.order == 4 { s * (1.0 + (1.0 - courant * courant) * s / 12.0) } else { s };
         let turn = 2.0 * (0.5 * courant * s.max(0.0).sqrt()).min(1.0).asin();
         let late = steps * (turn - courant * k).abs();
-        if late > PI { 2.0 } else { 4.0 * (0.5 * late).sin().powi(2) }
+        if late > PI {
+            2.0
+        } else {
+            4.0 * (0.5 * late).sin().powi(2)
+        }
     };
     const ANGLES: usize = 8;
     let round = |k: f64| {
@@ -435,7 +471,8 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
     /// Sums by wave numbers of one spectrum.
     fn mean(to: f64, weight: impl Fn(f64) -> f64, power: impl Fn(f64) -> f64) -> f64 {
         let points = (0..96).map(|i| to * (f64::from(i) + 0.5) / 96.0);
-        let (sum, all) = points.fold((0.0, 0.0), |(sum, all), k| (sum + weight(k) * power(k), all + weight(k)));
+        let (sum, all) =
+            points.fold((0.0, 0.0), |(sum, all), k| (sum + weight(k) * power(k), all + weight(k)));
         sum / all
     }
     match *spectrum {
@@ -466,7 +503,11 @@ fn cost_ns(water: &WaterScene, variant: &Variant, wishes: &Wishes, fps: f64, ste
     let has_land = wishes.has_terrain || !water.barriers.is_empty();
     let steps = (1.0 / (fps * step_s)).max(1.0);
     let fused = |per_ns: f64, one: f64| {
-        if water.acts_each_step() { 1.0 / one } else { (1.0 / per_ns).max(1.0 / (one * steps)) }
+        if water.acts_each_step() {
+            1.0 / one
+        } else {
+            (1.0 / per_ns).max(1.0 / (one * steps))
+        }
     };
     match (variant.model, variant.order, has_land) {
         (Model::Book, ..) => 1.0 / 50.0,

@@ -45,7 +45,7 @@ pub use heightmap::{Heightmap, HeightmapError};
 pub use node::Override;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
-pub use water::{Drop, Model, Rain, Source, Start, WaterScene, Walls};
+pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
 pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
 /// A scene: everything that a run needs, with defaults filled in and every value within its range.

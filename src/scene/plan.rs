@@ -2,7 +2,9 @@
 //! From a scene to what runs: models with their steps, starts, buffers and passes. No GPU is needed: `whitecap check`
 //! prints a plan, a run builds it.
 
-use super::{choose::percent_expected, works, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene};
+use super::{
+    choose::percent_expected, works, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene,
+};
 use crate::{draw::TerrainGrid, water};
 use glam::{uvec2, vec2, Vec2};
 use serde::Serialize;
