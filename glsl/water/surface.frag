@@ -25,19 +25,26 @@ vec2 ripples(vec2 xz, float far) {
 }
 
 vec3 mirrored(vec3 from_m, vec3 dir) {
-    vec3 sky = clouded_sky(dir);
-    float far = 0.6;
-    for (int i = 0; i < 22; ++i) {
+    float cell_m = min(p.size_m.x / float(p.cells.x), 0.25), far = 2.4 * cell_m, before = 0.0;
+    for (int i = 0; i < 26; ++i) {
         vec3 at = from_m + far * dir;
         if (any(greaterThan(abs(at.xz), 0.5 * view.terrain_size_m))) break;
         float ground = terrain_height(at.xz);
         if (ground > at.y) {
+            for (int k = 0; k < 4; ++k) {  // where between the last two steps
+                float mid = 0.5 * (before + far);
+                bool is_under = terrain_height(from_m.xz + mid * dir.xz) > from_m.y + mid * dir.y;
+                if (is_under) far = mid;
+                else before = mid;
+            }
+            at = from_m + far * dir;
             vec3 n = terrain_normal(ivec2(terrain_grid(at.xz) + 0.5));
-            return with_haze(terrain_lit(vec3(at.x, ground, at.z), n, terrain_light(at.xz), 0.0), at - from_m);
+            return with_haze(terrain_lit(at, n, terrain_light(at.xz), 0.0), at - from_m);
         }
-        far += max(0.55 * (at.y - ground), 0.06 * far + 0.2);
+        before = far;
+        far += max(0.55 * (at.y - ground), 0.06 * far + 0.8 * cell_m);
     }
-    return sky;
+    return clouded_sky(dir);
 }
 
 // Ground below the surface, in the light that reaches it. Bent water gathers the sun to caustics: a lens of curvature
@@ -54,6 +61,7 @@ vec3 through(vec3 dir, float depth_m) {
     float sunlight = depth_m / max(view.to_sun.y, 0.3);
     float detail = exp(-length(ground - view.eye_m.xyz) / 120.0);
     vec3 lit = terrain_lit(ground, n, terrain_light(ground.xz), detail) * lens;
+    lit *= 1.0 - 0.5 * smoothstep(0.0005, 0.01, depth_m) * smoothstep(0.0, 0.3, ground.y);  // soaked; shores are so already
     vec3 clear = exp(-ABSORPTION * (way + sunlight));
     return lit * clear + SCATTERED * SUN_LIGHT * (1.0 - exp(-ABSORPTION.g * 2.0 * way));
 }

@@ -234,10 +234,7 @@ impl Basin {
             Self::Fourth(state, ..) => vec![state.height(), state.velocity()],
             Self::Pipes(state, ..) => vec![state.height(), state.flow()],
             Self::Depth(state, ..) => {
-                // Shallow water asks for the rise a step before as well, which is in the other buffer.
-                let before = state.surfaces().map(|surface| surface.height_m);
-                let before = before.into_iter().find(|other| !other.is(state.rise())).expect("two surfaces");
-                vec![state.rise(), before, state.flow()]
+                [Some(state.rise()), state.before(), Some(state.flow())].into_iter().flatten().collect()
             }
         }
     }

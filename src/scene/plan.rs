@@ -182,8 +182,11 @@ impl Plan {
                         }
                     }
                 },
-                Simulation::Depth { .. } => {
+                Simulation::Depth { tier, .. } => {
                     pair("rise_m", plane);
+                    if *tier == water::Tier::Shallow {
+                        pair("before_m", plane);
+                    }
                     pair("flow", 2 * plane);
                     add("water.bed_m", plane, because.clone());
                 }
