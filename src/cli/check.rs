@@ -5,7 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, percent, percent_expected, Override, Scene, SceneError, Verdict, WaterPlan, WaterScene,
+        builtin, percent, percent_expected, EmitterPlan, Override, Scene, SceneError, Verdict, WaterPlan,
+        WaterScene,
     },
     study::shapes::table,
 };
@@ -136,10 +137,12 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             })
         };
         let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
+        let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
+        let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
         return print_json(&json!({
-            "scene": scene, "waters": waters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
+            "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
         }));
     }
@@ -159,6 +162,16 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             water.reason
         ));
         print(&table(&["variant", "error, %", "model", "grid", "ns", "verdict"], &verdicts(of)));
+    }
+    for emitter in &plan.emitters {
+        print(&format!(
+            "emitter `{}`: up to {} particles, drawn as {:?}{}\n  {}\n",
+            emitter.name,
+            emitter.capacity,
+            emitter.draw,
+            if emitter.soft { ", soft" } else { "" },
+            emitter.reason
+        ));
     }
     let rows: Vec<_> = plan
         .passes
