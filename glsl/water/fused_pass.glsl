@@ -8,7 +8,8 @@
 // 128 x 64 keeps its halo small.
 // A column costs 10 1/4 flops a step (2 1/4 bend, 1 rise, 1 bend across, 3 sum, 2 + 1 advance), 1 access of shared
 // memory, and the bends of the rows above and below once more for `ROWS` rows.
-// Beyond the grid, a tile holds mirror images of the water, which move as the water does, so walls cost nothing.
+// Beyond the grid, a tile holds mirror images of the water, which move as the water does, so walls cost nothing. Where there
+// may be land, there is land beyond the grid; only tiles that have some look for shores.
 #extension GL_EXT_control_flow_attributes : require
 #include "water/storage.glsl"
 #include "water/water.glsl"
@@ -35,6 +36,8 @@ layout(push_constant, std430) uniform Push {
 shared float first[BUFFERS * LANES * ROWS];  // height of the first of four columns, by row and lane
 shared float last[BUFFERS * LANES * ROWS];
 shared vec4 ends[BUFFERS * LANES * 2u];      // top and bottom row of each invocation
+
+shared uint shores;                          // 1: the tile has land, and its shores are looked for
 
 // Column or row of which `i` is an image, when walls are mirrors: 0 1 2 | 2 1 0 | 0 1 2.
 uint image_of(int i, uint n) {
@@ -75,8 +78,18 @@ void main() {
     } else {
         [[unroll]] for (uint k = 0u; k < ROWS; ++k) load_beyond(4 * q, y0 + int(k), h[k], v[k]);
     }
+    bool has_shores = false;
     if (has_land) {
-        [[unroll]] for (uint k = 0u; k < ROWS; ++k) v[k] = still_on_land(h[k], v[k]);
+        if (gl_LocalInvocationIndex == 0u) shores = 0u;
+        barrier();
+        bool sees_land = false;
+        [[unroll]] for (uint k = 0u; k < ROWS; ++k) {
+            sees_land = sees_land || any(equal(h[k], vec4(LAND_M)));
+            v[k] = still_on_land(h[k], v[k]);
+        }
+        if (sees_land) atomicOr(shores, 1u);
+        barrier();
+        has_shores = shores == 1u;
     }
 
     bool folded = p.folded == 1u;
@@ -118,7 +131,7 @@ void main() {
                 if ((walls >> k & 2u) == 2u) under = vec4(0.0);
             }
             vec4 pull = pull_of(over, bend, under, up, down, p.diagonal, upright);
-            if (has_land) pull = at_shores(pull, n, c, s, p.diagonal, folded);
+            if (has_shores) pull = at_shores(pull, n, c, s, p.diagonal, folded);
             advance(h[k], v[k], pull, p);
             n = c;
             c = s;

@@ -13,7 +13,8 @@ use crate::{
 use glam::UVec2;
 use std::time::Instant;
 
-/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land and
+/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` or `/coast` if it looks for
+/// land, everywhere or in a few places, and
 /// `/fused` if it takes several steps a dispatch and `/f16` if it stores halves, or `waves/fourth`, with `/land` too, or
 /// `pipes` with the options of `waves/w0.25` but `/f16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +47,7 @@ impl Scheme {
         let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
         let weight = weight.or(is_book.then_some(1.0)).or(is_fourth.then_some(0.25));
         let diagonal = weight.unwrap_or_else(|| panic!("`{variant}` names no scheme"));
-        let (has_land, is_fused, is_f16) = (has("land"), has("fused"), has("f16"));
+        let (has_land, is_fused, is_f16) = (has("land") || has("coast"), has("fused"), has("f16"));
         Self { is_book, is_fourth, diagonal, has_land, is_fused, is_pipes, is_f16 }
     }
 

@@ -31,7 +31,7 @@ struct Seen<T> {
     depth: T,
 }
 
-/// Twin of `glsl/water/wet.comp` and of `glsl/water/shallow_*.comp`.
+/// Twin of `glsl/water/wet.comp` and of `glsl/water/shallow.comp`.
 #[derive(Clone, Debug)]
 pub struct Depths<T> {
     /// Ground (m), [`WALL_M`] for a wall.
@@ -193,7 +193,7 @@ impl<T: Real + Div<Output = T>> Depths<T> {
         (limited(&flows.0, 1, 0), limited(&flows.1, 0, 1))
     }
 
-    /// `glsl/water/shallow_speed.comp`.
+    /// `glsl/water/shallow.comp`.
     fn new_speeds(&self, p: &Numbers<T>) -> (Vec<T>, Vec<T>) {
         let zero = T::default();
         let half = T::of(0.5);
@@ -259,13 +259,13 @@ fn pipe<T: Real>(p: &Numbers<T>, stored: T, a: Seen<T>, b: Seen<T>) -> T {
     }
 }
 
-/// `carried` of `glsl/water/shallow.glsl`.
+/// `carried` of `glsl/water/shallow.comp`.
 fn carried<T: Real>(velocity: T, a: Seen<T>, b: Seen<T>) -> T {
     let upstream = if velocity > T::default() { a.surface } else { b.surface };
     velocity * max(upstream - max(a.bed, b.bed), T::default())
 }
 
-/// `advance` of `glsl/water/shallow_speed.comp`.
+/// `advance` of `glsl/water/shallow.comp`.
 fn advance<T: Real + Div<Output = T>>(
     p: &Numbers<T>,
     here: T,

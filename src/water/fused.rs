@@ -56,7 +56,7 @@ impl FusedTuning {
 
     /// Shared memory of a workgroup (bytes).
     pub fn shared_bytes(&self) -> u32 {
-        self.group.element_product() * self.buffers * (8 * self.rows + 32)
+        self.group.element_product() * self.buffers * (8 * self.rows + 32) + 4
     }
 
     /// Invocations that step `cells`.

@@ -16,8 +16,7 @@
 //! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
 //! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
 //! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]     |
-//! | `water.shallow_speed` | ground, rise, rise before, velocities | new velocities          | [`cpu_wet::Depths`]     |
-//! | `water.shallow_depth` | ground, rise, velocities              | new rise                | [`cpu_wet::Depths`]     |
+//! | `water.shallow`       | ground, rise, rise before, velocities | new rise and velocities | [`cpu_wet::Depths`]     |
 //! | `water.absorb`        | height, velocity                      | height, velocity        | [`cpu_absorb::absorb`]  |
 //! | `water.draught`       | height, poses                         | poses                   | [`cpu_bodies::draught`] |
 //! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]    |

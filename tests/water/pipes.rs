@@ -118,6 +118,13 @@ fn fused_steps_are_single_steps() {
 }
 
 #[test]
+fn tiles_of_open_water_and_tiles_with_a_shore_are_single_steps() {
+    let gpu = gpu();
+    let start = starts::coast(starts::model(uvec2(255, 130), 0.25));
+    assert!(run(&gpu, FUSED, &start, 25) == run(&gpu, ONE_STEP, &start, 25));
+}
+
+#[test]
 fn the_tuning_does_not_change_a_bit() {
     let gpu = gpu();
     for start in starts_of(uvec2(131, 70)).filter(|start| start.model.diagonal != 1.0) {

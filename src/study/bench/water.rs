@@ -29,7 +29,7 @@ pub const SUITE: Suite = Suite {
     },
 };
 
-const VARIANTS: [&str; 19] = [
+const VARIANTS: [&str; 21] = [
     "book",
     "waves/w0",
     "waves/w0.25",
@@ -42,21 +42,23 @@ const VARIANTS: [&str; 19] = [
     "waves/fused/w1",
     "waves/fused/f16/w0.25",
     "waves/fused/w0.25/land",
+    "waves/fused/w0.25/coast",
     "pipes/w0",
     "pipes/w0.25",
     "pipes/fused/w0",
     "pipes/fused/w0.25",
     "pipes/fused/w0.25/land",
+    "pipes/fused/w0.25/coast",
     "wet",
     "shallow",
 ];
 
-/// What a cell needs at the least in a step (bytes): its state read once and written once, and its ground read. The two
-/// passes of `shallow` read 20 and 16, and write 8 and 4.
+/// What a cell needs at the least in a step (bytes): its state read once and written once, and its ground read. That of
+/// `shallow` is rise, rise before and two velocities.
 fn bytes_per_cell(variant: &str, tunings: Tunings) -> f64 {
     match depths::tier_of(variant) {
         Some(Tier::Wet) => 28.0,
-        Some(Tier::Shallow) => 48.0,
+        Some(Tier::Shallow) => 36.0,
         None => {
             let scheme = Scheme::named(variant);
             scheme.bytes_a_column() / f64::from(tunings.steps(scheme))
@@ -90,7 +92,11 @@ fn step(gpu: &Gpu, variant: &str, size: u32, tunings: Tunings, effort: Effort) -
     let model = scheme.model(starts::model(UVec2::splat(size), scheme.diagonal));
     scheme.check(&model).map_err(crate::water::Error::from)?;
     let model = Model { damping_per_s: 0.0, ..model };
-    let start = if scheme.has_land { starts::islands(model) } else { starts::noise(model) };
+    let start = match scheme.has_land {
+        true if variant.ends_with("coast") => starts::coast(model),
+        true => starts::islands(model),
+        false => starts::noise(model),
+    };
     Basin::tuned(gpu, scheme, &start, tunings)?.time(effort)
 }
 
