@@ -25,7 +25,7 @@
 layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint LANES = 128u;  // the same number: columns of a workgroup
 layout(constant_id = 2) const uint rows = 64u;
-layout(constant_id = 3) const bool has_advection = true;  // else A is 0: no bores, velocities that gravity alone changes
+layout(constant_id = 3) const bool has_advection = true;  // else A is nothing: no bores, but the model of wet in velocities
 
 layout(set = 0, binding = 0, std430) readonly buffer Bed { float bed_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Rise { float rise_m[]; };

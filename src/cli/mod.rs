@@ -14,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
     gpu::{self, Gpu, GpuOptions},
+    particles,
     run::{atomic::FileError, RunError},
     scene::SceneError,
     study, water,
@@ -145,8 +146,9 @@ impl From<study::Error> for Failure {
     fn from(error: study::Error) -> Self {
         match error {
             study::Error::Water(error) => error.into(),
-            study::Error::Gpu(error) => error.into(),
             study::Error::Run(error) => error.into(),
+            study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
+            study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Wrong { .. } => Self::check(error.to_string()),

@@ -111,7 +111,7 @@ impl Stage {
     pub fn record(&mut self, rec: &mut Recorder<'_>, body: impl FnOnce(&mut Recorder<'_>)) {
         if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
         {
-            rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
+            rec.barrier(Access::GraphicsRead, Access::ComputeReadWrite);
             terrain.record_light(rec);
             self.baked_sun = Some(self.to_sun);
         }

@@ -2,6 +2,7 @@
 //! The headless runner: steps a scene, draws it, and writes pictures, a contact sheet, a clip and `stats.json`.
 
 pub mod atomic;
+mod basin;
 pub mod checkpoint;
 pub mod clip;
 mod falls;

@@ -3,6 +3,8 @@
 
 use serde::Serialize;
 
+pub use super::basin::Depths;
+
 /// The whole of `stats.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
@@ -56,6 +58,8 @@ pub struct PassStats {
 pub struct WaterStats {
     /// As in the scene.
     pub name: String,
+    /// What stepped it, as results name it.
+    pub variant: String,
     /// Steps taken.
     pub steps: u64,
     /// Of a step (s).
@@ -66,13 +70,18 @@ pub struct WaterStats {
     pub volume_at_rest_m3: f64,
     /// Gained since the start, drops included (m^3).
     pub volume_gain_m3: f64,
-    /// Energy at the end, of that at the start; absent for a start at rest, and for the book's model.
+    /// Asked for by drops, sources and rain; what missed the water is in it (m^3).
+    pub volume_given_m3: f64,
+    /// Energy at the end, of that at the start; absent for a start at rest, and where a scheme has none.
     pub energy_relative: Option<f64>,
     /// Lowest point (m above rest).
     pub lowest_m: f32,
     /// Highest point (m above rest).
     pub highest_m: f32,
-    /// Drops that fell in.
+    /// Of water over ground at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depths: Option<Depths>,
+    /// Drops and sources' steps that fell in.
     pub disturbances_applied: u64,
     /// Not finite or absurd.
     pub disturbances_rejected: u64,

@@ -13,6 +13,7 @@ pub mod shapes;
 
 use crate::{
     gpu::{self, Gpu},
+    particles,
     run::{
         self,
         atomic::{write_atomic, FileError},
@@ -31,6 +32,9 @@ pub enum Error {
     /// A basin's.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// A pool's.
+    #[error(transparent)]
+    Particles(#[from] particles::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),

@@ -369,6 +369,11 @@ impl DepthState {
         &self.flows[self.current]
     }
 
+    /// The flows of each of [`DepthState::surfaces`].
+    pub fn flows(&self) -> [&Buffer; 2] {
+        [0, 1].map(|i| &self.flows[i])
+    }
+
     /// Columns from one row to the next.
     pub fn pitch(&self) -> u32 {
         self.pitch

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `shallow`: the shallow-water equations, one step a dispatch. Reads `glsl/water/shallow.comp`. The same kernel leaves out
-//! advection when asked to: face velocities that carry the depth of upstream, between `wet` and the whole equations, for
-//! studies of what advection is worth.
+//! `shallow`: the shallow-water equations, one step a dispatch. Reads `glsl/water/shallow.comp`. The same kernel leaves
+//! out advection when asked to: face velocities that carry the depth of upstream, between `wet` and the whole equations,
+//! for studies of what advection is worth.
 
 use super::{
     depth::{Buffers, DepthParams, DepthState, Tier},
@@ -34,7 +34,7 @@ impl Shallow {
         Self::with(gpu, tuning, true)
     }
 
-    /// Velocities that gravity alone changes: cheaper in what is computed, not in what is read and written.
+    /// Velocities that gravity alone changes: cheaper only in what is computed, not in what is read and written.
     ///
     /// # Errors
     /// If the device does not take the tuning.

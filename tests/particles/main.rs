@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Particles against their twins.
+#![allow(missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod pool;
