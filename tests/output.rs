@@ -125,6 +125,7 @@ fn a_bench_has_this_json() {
         bytes_per_item: 32.0,
         fraction_of_copy: 0.5,
         median_ms: 0.75,
+        ms_per_sim_second: None,
         runs: 21,
         min_ms: None,
         p95_ms: None,

@@ -131,7 +131,9 @@ void main() {
                 if ((walls >> k & 2u) == 2u) under = vec4(0.0);
             }
             vec4 pull = pull_of(over, bend, under, up, down, p.diagonal, upright);
-            if (has_shores) pull = at_shores(pull, n, c, s, p.diagonal, folded);
+            if (has_land) {
+                if (has_shores && is_at_shore(pull)) pull = at_shores(pull, n, c, s, p.diagonal, folded);
+            }
             advance(h[k], v[k], pull, p);
             n = c;
             c = s;

@@ -117,7 +117,7 @@ void main() {
             int y = y0 + int(k);  // c is row k, n the one before
             if (y != 0 && y != int(p.cells.y)) {  // no pipe leads through a wall
                 Down pull = pulls.down;
-                if (has_shores) pull = down_beside_land(n, c, p);
+                if (has_land && has_shores) pull = down_beside_land(n, c, p);
                 step_down(down[k], n, c, pull, p.keep, has_diagonals);
             }
             if (k > 0u) h[k - 1u] = height_after(n.mid, along[k - 1u], down[k - 1u], down[k], p.dt_s);
@@ -127,7 +127,7 @@ void main() {
                             k + 1u < ROWS ? h[min(k + 1u, ROWS - 1u)] : ends[end + wide + to_south],
                             first[next + to_east]);
                 Along pull = along_wall(pulls.along, y, p);
-                if (has_shores) pull = along_beside_land(n, c, s, p);
+                if (has_land && has_shores) pull = along_beside_land(n, c, s, p);
                 step_along(along[k], c, pull, p.keep);
                 n = c;
                 c = s;
