@@ -13,7 +13,7 @@ layout(location = 2) in vec3 flow;  // speed along x and z (m/s), and share of w
 layout(location = 0) out vec4 color;
 
 const vec3 ABSORPTION = vec3(0.62, 0.16, 0.13);  // (1/m)
-const float THIN_M = 0.006;  // a film below this depth mirrors less, and ends without an edge (m)
+const float THIN_M = 0.015;  // a film below this depth mirrors less, and ends without an edge (m)
 const vec3 SCATTERED = vec3(0.006, 0.036, 0.042);
 
 // Slopes of wind ripples that run both ways across each other, fading where a pixel covers many.
@@ -97,9 +97,11 @@ void main() {
         float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
         water = mix(water, foam, 0.55 * edge * bubbles);
     }
-    if (flow.z > 0.0) {
-        float bubbles = smoothstep(0.35, -0.45, drifting(at_m.xz, 1.7) + 0.9 * (0.55 - flow.z));
-        water = mix(water, foam, 0.9 * bubbles * smoothstep(0.0, 0.3, flow.z));
+    if (flow.z > 0.0) {  // air in the water makes it milky; bubbles come up in patches
+        vec3 milky = vec3(0.2, 0.27, 0.26) * (SUN_LIGHT * arrives.x * max(view.to_sun.y, 0.0) + SKY_LIGHT * arrives.y);
+        water = mix(water, milky, 0.55 * flow.z * smoothstep(0.0, 0.25, depth_m));
+        float patches = drifting(at_m.xz, 1.1) + 0.6 * drifting(at_m.xz, 4.3);
+        water = mix(water, foam, 0.85 * smoothstep(0.05, 0.75, patches + 1.1 * flow.z - 0.45));
     }
     color = vec4(with_haze(water, from_eye), 1.0);
 }
