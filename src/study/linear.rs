@@ -343,8 +343,8 @@ fn of_book(result: &StudyResult, courant: f64) -> Vec<(f64, f64, f64)> {
     all
 }
 
-/// Cost at which the error comes down to `tolerance`, of sizes with their error and cost: on a line through two sizes in logarithms, and how it was found: the
-/// sizes on either side of it, or the last two when all are too coarse.
+/// Cost at which the error comes down to `tolerance`, of sizes with their error and cost, on a line through two of them in
+/// logarithms; and how it was found: those on either side of it, or the last two when all are too coarse.
 pub fn cost_of(tolerance: f64, all: &[(f64, f64, f64)]) -> Option<(f64, String)> {
     let pair = all.windows(2).find(|pair| pair[1].1 <= tolerance).or(all.windows(2).last())?;
     let [(size_a, error_a, ms_a), (size_b, error_b, ms_b)] = pair else { return None };
