@@ -3,6 +3,8 @@
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
+//! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
+//! - [`disks`]: disks and spheres that collide, sorted into cells.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - [`prims`]: scan, compaction, counting sort.
@@ -12,7 +14,9 @@
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
 #![warn(missing_docs)]
 
+pub mod ballistic;
 pub mod clock;
+pub mod disks;
 pub mod draw;
 pub mod gpu;
 pub mod particles;

@@ -115,7 +115,10 @@ fn views() {
                     terrain_size_m,
                     terrain_cells,
                     pixels,
-                    reserved
+                    daylight,
+                    reserved,
+                    lamp_m,
+                    lamp
                 }
         );
     }

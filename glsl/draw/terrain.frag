@@ -17,5 +17,6 @@ void main() {
         vec2 bumps = noise_and_slope(at_m.xz * 1.9).yz * 0.12 + noise_and_slope(at_m.xz * 5.3).yz * 0.1;
         n = normalize(n + detail * vec3(-bumps.x, 0.0, -bumps.y));
     }
-    color = vec4(with_haze(terrain_lit(at_m, n, arrives, detail), from_eye), 1.0);
+    vec3 lit = with_haze(terrain_lit(at_m, n, arrives, detail), from_eye) * view.daylight;
+    color = vec4(lit + terrain_albedo(at_m, n.y, detail) * lamp_light(at_m, n), 1.0);
 }

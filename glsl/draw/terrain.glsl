@@ -58,6 +58,13 @@ vec3 terrain_albedo(vec3 at_m, float up, float detail) {
     return albedo * (1.0 - 0.45 * smoothstep(0.3, 0.0, at_m.y));  // wet
 }
 
+// Of the lamp, as if it were a third of a metre across: finite where it touches.
+vec3 lamp_light(vec3 at_m, vec3 normal) {
+    vec3 to_lamp = view.lamp_m.xyz - at_m;
+    float far2 = dot(to_lamp, to_lamp);
+    return view.lamp.rgb * max(dot(normal, to_lamp) * inversesqrt(far2 + 1e-6), 0.0) / (far2 + 0.1);
+}
+
 // Stone, or a house with plastered walls, windows and a roof of tiles.
 vec3 built_albedo(vec3 at_m, float up, float built, float detail) {
     vec2 face = vec2(at_m.x + at_m.z, at_m.y);  // along walls that follow the axes, and up

@@ -10,7 +10,10 @@ struct View {
     vec2 terrain_size_m;   // extent along x and z, round the origin
     uvec2 terrain_cells;   // samples along x and z
     uvec2 pixels;          // of the finished picture
-    uvec2 reserved;
+    float daylight;        // 1: noon and blue sky, 0: none
+    uint reserved;
+    vec4 lamp_m;           // a light that is no sun: where it is
+    vec4 lamp;             // its light at a distance of 1 m; black: none
 };
 
 layout(set = 0, binding = 0, std430) readonly buffer Views { View view; };

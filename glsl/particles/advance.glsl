@@ -67,6 +67,8 @@ uint rank_of(uint at) {
     return at - gone_before[word] - bitCount(gone[word] & ((1u << (at & 31u)) - 1u));
 }
 
+uint law_tick() { return p.now; }
+
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint t = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;

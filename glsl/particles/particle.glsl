@@ -13,8 +13,15 @@ struct Particle {
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
 //     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
-// and its specialization constants begin at `constant_id` 6.
+// and its specialization constants begin at `constant_id` LAW_CONSTANT. A law that must know the time declares
+//     uint law_tick();
+// the tick at the end of the step, which every pass defines.
+#ifndef LAW_BINDING
 #define LAW_BINDING 5
+#endif
+#ifndef LAW_CONSTANT
+#define LAW_CONSTANT 6
+#endif
 
 // Where nobody is: of a slot that is free. Laws keep particles within half of it.
 const float NOWHERE_M = 3.0e38;

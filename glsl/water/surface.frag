@@ -103,5 +103,5 @@ void main() {
         float patches = drifting(at_m.xz, 1.1) + 0.6 * drifting(at_m.xz, 4.3);
         water = mix(water, foam, 0.85 * smoothstep(0.05, 0.75, patches + 1.1 * flow.z - 0.45));
     }
-    color = vec4(with_haze(water, from_eye), 1.0);
+    color = vec4(with_haze(water, from_eye) * view.daylight, 1.0);
 }

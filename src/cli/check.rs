@@ -5,8 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, measured::Refined, percent, percent_expected, Measured, Override, Scene, SceneError,
-        Verdict, WaterPlan, WaterScene,
+        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, Override, Scene,
+        SceneError, Verdict, WaterPlan, WaterScene,
     },
     study::shapes::table,
 };
@@ -165,10 +165,12 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             })
         };
         let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
+        let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
+        let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
         let mut all = json!({
-            "scene": scene, "waters": waters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
+            "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
         });
         if let Some(measured) = measured {
@@ -196,6 +198,16 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(measured) = &measured {
         refined(measured, &scene).iter().for_each(|line| print(line));
         print("");
+    }
+    for emitter in &plan.emitters {
+        print(&format!(
+            "emitter `{}`: up to {} particles, drawn as {:?}{}\n  {}\n",
+            emitter.name,
+            emitter.capacity,
+            emitter.draw,
+            if emitter.soft { ", soft" } else { "" },
+            emitter.reason
+        ));
     }
     let rows: Vec<_> = plan
         .passes

@@ -8,13 +8,16 @@
 //! | `draw.sky`      | views                       | colour       |
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
+//!
+//! [`sprites`] draws particles into it: as triangles, or by a compute shader where they are small.
 
 mod grid;
+pub mod sprites;
 mod stage;
 mod terrain;
 mod view;
 
 pub use grid::Grid;
-pub use stage::Stage;
+pub use stage::{Layers, Stage};
 pub use terrain::{Built, Terrain, TerrainGrid};
 pub use view::{Camera, View};

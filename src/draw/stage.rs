@@ -9,11 +9,29 @@ use crate::{
 };
 use glam::{UVec2, Vec4};
 
+/// Depth that shaders can read.
+struct CopiedDepth {
+    /// Of one sample; the depth target itself where that has one.
+    image: Option<Image>,
+    depth: Buffer,
+}
+
+/// What a picture consists of, from the back. Each part draws itself, or is not there and costs nothing.
+pub struct Layers<'a> {
+    /// What hides what is behind it.
+    pub opaque: &'a mut dyn FnMut(&mut Recorder<'_>),
+    /// Sprites over it, as triangles: they see copied depth, if the stage copies it.
+    pub sprites: Option<&'a mut dyn FnMut(&mut Recorder<'_>)>,
+    /// Kernels that splat sprites, after all else, and end with [`Splats::record_over`](super::sprites::Splats::record_over).
+    pub splats: Option<&'a mut dyn FnMut(&mut Recorder<'_>)>,
+}
+
 /// Targets, sky and terrain of a picture of fixed size.
 pub struct Stage {
     color: Image,
     depth: Image,
     resolved: Option<Image>,
+    copied: Option<CopiedDepth>,
     views: Buffer,
     grid: Grid,
     surroundings: Option<(Terrain, Bound)>,
@@ -34,7 +52,14 @@ impl Stage {
     /// # Errors
     /// If the device cannot draw, or has no room.
     pub fn new(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>) -> Result<Self> {
-        let samples = gpu.samples();
+        Self::with_samples(gpu, size, terrain, gpu.samples())
+    }
+
+    /// As [`Stage::new`], with `samples` a pixel.
+    ///
+    /// # Errors
+    /// As [`Stage::new`].
+    pub fn with_samples(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>, samples: u32) -> Result<Self> {
         let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
         let (color, resolved) = if samples > 1 {
             (
@@ -53,6 +78,7 @@ impl Stage {
         let sky = RasterInfo {
             name: c"draw.sky",
             vertex: shaders::DRAW_SKY_VERT,
+            geometry: None,
             fragment: shaders::DRAW_SKY_FRAG,
             blocks: &["Views"],
             constants: &[],
@@ -84,6 +110,7 @@ impl Stage {
             color,
             depth,
             resolved,
+            copied: None,
             views,
             grid,
             pixels,
@@ -93,6 +120,25 @@ impl Stage {
             to_sun: Vec4::Y,
             clear: [0.0, 0.0, 0.0, 1.0],
         })
+    }
+
+    /// From now on copies the depth of what is opaque, for soft and for splatted sprites: costs a second pass over the
+    /// targets, and a copy.
+    ///
+    /// # Errors
+    /// If the device has no room.
+    pub fn copy_depth(&mut self, gpu: &Gpu) -> Result<()> {
+        let copied = Image::new(gpu, "draw.depth.copied", self.size.to_array(), ImageUse::CopiedDepth, 1)?;
+        let image = if self.samples() > 1 {
+            Some(copied)
+        } else {
+            self.depth = copied;
+            None
+        };
+        let bytes = 4 * self.size.as_u64vec2().element_product();
+        let depth = Buffer::new(gpu, "draw.scene_depth", bytes, Residence::Device)?;
+        self.copied = Some(CopiedDepth { image, depth });
+        Ok(())
     }
 
     /// What the next picture shows. The last one must be finished.
@@ -109,6 +155,14 @@ impl Stage {
     /// Draws a picture: terrain and sky, then what `body` draws, and turns it to bytes for [`Stage::read`]. What `body`
     /// reads must be visible as [`Access::GraphicsRead`].
     pub fn record(&mut self, rec: &mut Recorder<'_>, body: impl FnOnce(&mut Recorder<'_>)) {
+        let mut body = Some(body);
+        let mut opaque = |rec: &mut Recorder<'_>| body.take().into_iter().for_each(|body| body(rec));
+        self.record_layers(rec, Layers { opaque: &mut opaque, sprites: None, splats: None });
+    }
+
+    /// As [`Stage::record`], with sprites over it. What splats read must be visible as [`Access::ComputeRead`].
+    pub fn record_layers(&mut self, rec: &mut Recorder<'_>, layers: Layers<'_>) {
+        let Layers { opaque, mut sprites, splats } = layers;
         if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
         {
             rec.barrier(Access::GraphicsRead, Access::ComputeReadWrite);
@@ -116,28 +170,76 @@ impl Stage {
             self.baked_sun = Some(self.to_sun);
         }
         let resolved = self.resolved.as_ref();
-        let target = Target { color: &self.color, depth: &self.depth, resolved, clear: self.clear };
+        let copied = self.copied.as_ref();
+        let has_second_pass = copied.is_some() && sprites.is_some();
+        let target = Target {
+            color: &self.color,
+            depth: &self.depth,
+            resolved: resolved.filter(|_| !has_second_pass),
+            resolved_depth: copied.and_then(|copied| copied.image.as_ref()),
+            clear: Some(self.clear),
+            goes_on: copied.is_some(),
+        };
         // The picture before this one may still be on its way to bytes.
         rec.barrier(Access::ComputeRead, Access::ColorWrite);
         rec.barrier(Access::ColorWrite, Access::ColorWrite);
         rec.barrier(Access::DepthWrite, Access::DepthWrite);
+        if copied.is_some() {
+            rec.barrier(Access::CopyRead, Access::DepthWrite);
+            rec.barrier(Access::CopyRead, Access::ColorWrite);
+        }
         rec.span(c"draw.scene", |rec| {
             rec.render(&target, |rec| {
                 if let Some((terrain, _)) = &self.surroundings {
                     terrain.record_draw(rec);
                 }
-                body(rec);
+                opaque(rec);
                 if let Some((_, sky)) = &self.surroundings {
                     rec.draw(sky, 3, 1, &()); // last: only where nothing else is
                 }
+                if let Some(sprites) = sprites.as_mut().filter(|_| !has_second_pass) {
+                    sprites(rec);
+                }
             });
         });
+        if let Some(copied) = copied {
+            rec.barrier(Access::DepthWrite, Access::CopyRead);
+            rec.barrier(Access::ColorWrite, Access::CopyRead); // where depth is resolved
+            rec.barrier(Access::ComputeRead, Access::CopyWrite);
+            rec.barrier(Access::GraphicsRead, Access::CopyWrite);
+            let image = copied.image.as_ref().unwrap_or(&self.depth);
+            rec.span(c"draw.depth", |rec| rec.copy_depth(image, &copied.depth));
+            rec.barrier(Access::CopyWrite, Access::GraphicsRead);
+            rec.barrier(Access::CopyWrite, Access::ComputeRead);
+        }
+        self.record_over(rec, sprites.filter(|_| has_second_pass), splats);
         rec.barrier(Access::ColorWrite, Access::ComputeRead);
         rec.barrier(Access::CopyRead, Access::ComputeWrite);
         rec.span(c"draw.tonemap", |rec| rec.dispatch(&self.tonemap, [self.size.x, self.size.y, 1], &()));
         rec.barrier(Access::ComputeWrite, Access::CopyRead);
         rec.copy(&self.pixels, &self.readback);
         rec.barrier(Access::CopyWrite, Access::HostRead);
+    }
+
+    /// The second half of [`Stage::record_layers`] on a stage that copies depth: sprites over what its targets hold.
+    pub fn record_over(
+        &self,
+        rec: &mut Recorder<'_>,
+        sprites: Option<&mut dyn FnMut(&mut Recorder<'_>)>,
+        splats: Option<&mut dyn FnMut(&mut Recorder<'_>)>,
+    ) {
+        if let Some(sprites) = sprites {
+            let (color, depth, resolved) = (&self.color, &self.depth, self.resolved.as_ref());
+            let target = Target { color, depth, resolved, resolved_depth: None, clear: None, goes_on: true };
+            rec.barrier(Access::ColorWrite, Access::ColorWrite);
+            rec.barrier(Access::DepthWrite, Access::DepthWrite);
+            rec.span(c"draw.sprites", |rec| rec.render(&target, sprites));
+        }
+        if let Some(splats) = splats {
+            rec.barrier(Access::ColorWrite, Access::ComputeReadWrite);
+            splats(rec);
+            rec.barrier(Access::ComputeReadWrite, Access::ComputeRead);
+        }
     }
 
     /// The finished picture: four bytes a pixel, sRGB, row by row from the top.
@@ -148,6 +250,16 @@ impl Stage {
     /// Of the picture (pixels).
     pub fn size(&self) -> UVec2 {
         self.size
+    }
+
+    /// What kernels draw over: half floats, one sample a pixel.
+    pub fn color(&self) -> &Image {
+        self.resolved.as_ref().unwrap_or(&self.color)
+    }
+
+    /// `f32` a pixel, row by row from the top, if [`Stage::copy_depth`] was called.
+    pub fn depth(&self) -> Option<&Buffer> {
+        self.copied.as_ref().map(|copied| &copied.depth)
     }
 
     /// Samples a pixel: pipelines that draw here are made for it.

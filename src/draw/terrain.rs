@@ -74,6 +74,7 @@ impl Terrain {
         let draw = RasterInfo {
             name: c"draw.terrain",
             vertex: shaders::DRAW_TERRAIN_VERT,
+            geometry: None,
             fragment: shaders::DRAW_TERRAIN_FRAG,
             blocks: &["Views", "Terrain", "Light"],
             constants: &[],

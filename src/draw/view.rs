@@ -34,8 +34,14 @@ pub struct View {
     pub terrain_cells: UVec2,
     /// Of the picture.
     pub pixels: UVec2,
+    /// Of sun and sky, 1 at noon, 0 is none.
+    pub daylight: f32,
     /// Unused.
-    pub reserved: UVec2,
+    pub reserved: u32,
+    /// A light that is no sun: where it is (m).
+    pub lamp_m: Vec4,
+    /// Its light at a distance of 1 m, linear; black is none.
+    pub lamp: Vec4,
 }
 
 impl View {
@@ -65,7 +71,10 @@ impl View {
             terrain_size_m: Vec2::ONE,
             terrain_cells: UVec2::ONE,
             pixels,
-            reserved: UVec2::ZERO,
+            daylight: 1.0,
+            reserved: 0,
+            lamp_m: Vec4::ZERO,
+            lamp: Vec4::ZERO,
         }
     }
 }

@@ -15,12 +15,16 @@ pub enum Access {
     IndirectRead,
     /// Indices of a draw.
     IndexRead,
-    /// A vertex or fragment shader reads buffers or images.
+    /// A vertex, geometry or fragment shader reads buffers or images.
     GraphicsRead,
     /// Colour attachment, written, blended or resolved.
     ColorWrite,
     /// Depth attachment, tested and written.
     DepthWrite,
+    /// Transform feedback captures vertices, and counts them.
+    StreamWrite,
+    /// A draw takes its number of vertices from what was captured, and its shaders read that.
+    StreamRead,
     /// Source of a copy.
     CopyRead,
     /// Destination of a copy.
@@ -45,7 +49,9 @@ impl Access {
             Self::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
             Self::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
             Self::GraphicsRead => {
-                (S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()), A::SHADER_STORAGE_READ)
+                // Before rasterization: vertex and, where the device has it, geometry shaders.
+                let stages = S::PRE_RASTERIZATION_SHADERS.as_raw() | S::FRAGMENT_SHADER.as_raw();
+                (S::from_raw(stages), A::SHADER_STORAGE_READ)
             }
             Self::ColorWrite => {
                 (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))
@@ -53,6 +59,17 @@ impl Access {
             Self::DepthWrite => (
                 S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
                 both(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            ),
+            Self::StreamWrite => (
+                S::TRANSFORM_FEEDBACK_EXT,
+                both(A::TRANSFORM_FEEDBACK_WRITE_EXT, A::TRANSFORM_FEEDBACK_COUNTER_WRITE_EXT),
+            ),
+            Self::StreamRead => (
+                S::from_raw(S::DRAW_INDIRECT.as_raw() | S::PRE_RASTERIZATION_SHADERS.as_raw()),
+                both(
+                    both(A::TRANSFORM_FEEDBACK_COUNTER_READ_EXT, A::INDIRECT_COMMAND_READ),
+                    A::SHADER_STORAGE_READ,
+                ),
             ),
             Self::CopyRead => (S::COPY, A::TRANSFER_READ),
             Self::CopyWrite => (S::COPY, A::TRANSFER_WRITE),

@@ -141,12 +141,29 @@ impl Adapter {
         let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }
             .or_call("vkEnumerateDeviceExtensionProperties")?;
         let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let mut capture = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default();
+        let mut capture_limits = vk::PhysicalDeviceTransformFeedbackPropertiesEXT::default();
+        if has(ash::ext::transform_feedback::NAME) {
+            let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut capture);
+            unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
+            let mut props = vk::PhysicalDeviceProperties2::default().push_next(&mut capture_limits);
+            unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
+        }
         self.is_portability_subset = has(ash::khr::portability_subset::NAME);
         self.optional = vec![
             ("graphics queue", self.has_graphics),
             ("geometryShader", base.geometry_shader == vk::TRUE),
+            (
+                "atomics of 64 bits",
+                base.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
+            ),
             ("shaderOutputLayer", v12.shader_output_layer == vk::TRUE),
-            ("transform feedback", has(ash::ext::transform_feedback::NAME)),
+            (
+                "transform feedback",
+                capture.transform_feedback == vk::TRUE
+                    && capture_limits.transform_feedback_draw == vk::TRUE
+                    && base.geometry_shader == vk::TRUE,
+            ),
             ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),
             ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
             ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),

@@ -40,6 +40,30 @@ impl Buffer {
     /// # Panics
     /// If `bytes` is 0.
     pub fn new(gpu: &Gpu, name: &str, bytes: u64, residence: Residence) -> Result<Self> {
+        Self::with_usage(gpu, name, bytes, residence, vk::BufferUsageFlags::empty())
+    }
+
+    /// Where [`Stream`](super::Stream) captures vertices, or counts them.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    ///
+    /// # Panics
+    /// If `bytes` is 0, or the device has no transform feedback.
+    pub fn for_stream(gpu: &Gpu, name: &str, bytes: u64) -> Result<Self> {
+        assert!(gpu.has_transform_feedback(), "`{name}`: {} has no transform feedback", gpu.name());
+        let usage = vk::BufferUsageFlags::TRANSFORM_FEEDBACK_BUFFER_EXT
+            | vk::BufferUsageFlags::TRANSFORM_FEEDBACK_COUNTER_BUFFER_EXT;
+        Self::with_usage(gpu, name, bytes, Residence::Device, usage)
+    }
+
+    fn with_usage(
+        gpu: &Gpu,
+        name: &str,
+        bytes: u64,
+        residence: Residence,
+        more: vk::BufferUsageFlags,
+    ) -> Result<Self> {
         assert!(bytes > 0, "`{name}`: empty buffer");
         let allowed = u64::from(gpu.limits().max_storage_buffer_range);
         if bytes > allowed && residence == Residence::Device {
@@ -55,7 +79,8 @@ impl Buffer {
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST
             | vk::BufferUsageFlags::INDEX_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER;
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | more;
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
 
         // Built in place: whatever fails below, `Drop` frees what exists by then.

@@ -52,6 +52,7 @@ pub(super) struct Inner {
     pub cache: PipelineCache,
     allocator: Mutex<ga::Allocator>,
     pub debug: Option<ext::debug_utils::Device>,
+    pub stream: Option<ext::transform_feedback::Device>,
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
@@ -102,19 +103,34 @@ impl Gpu {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
-        let extensions: Vec<_> = adapter
-            .is_portability_subset
-            .then_some(khr::portability_subset::NAME.as_ptr())
-            .into_iter()
-            .collect();
+        let has_stream = adapter.has("transform feedback");
+        let wanted = [
+            (adapter.is_portability_subset, khr::portability_subset::NAME),
+            (has_stream, ext::transform_feedback::NAME),
+        ];
+        let extensions: Vec<_> =
+            wanted.iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, name)| name.as_ptr()).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
             .maintenance4(true);
-        let info = vk::DeviceCreateInfo::default()
+        // What only some variants use is switched on where it is there.
+        let has_wide_atomics = adapter.has("atomics of 64 bits");
+        let features = vk::PhysicalDeviceFeatures::default()
+            .geometry_shader(adapter.has("geometryShader"))
+            .shader_int64(has_wide_atomics);
+        let mut v12 =
+            vk::PhysicalDeviceVulkan12Features::default().shader_buffer_int64_atomics(has_wide_atomics);
+        let mut stream = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
+        let mut info = vk::DeviceCreateInfo::default()
+            .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .push_next(&mut v12)
             .push_next(&mut v13);
+        if has_stream {
+            info = info.push_next(&mut stream);
+        }
         let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
             .or_call_for("vkCreateDevice", &adapter.name)?;
         let device = Device { raw, is_owned: true };
@@ -177,11 +193,14 @@ impl Gpu {
         .map_err(|source| Error::Memory { name: "allocator".into(), bytes: 0, source })?;
         let debug =
             parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
+        let stream = (parts.device.is_owned && parts.adapter.has("transform feedback"))
+            .then(|| ext::transform_feedback::Device::new(parts.raw_instance, &parts.device));
         let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
         let gpu = Self(Arc::new(Inner {
             cache,
             allocator: Mutex::new(allocator),
             debug,
+            stream,
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
@@ -231,6 +250,21 @@ impl Gpu {
     /// Whether the queue can draw.
     pub fn has_graphics(&self) -> bool {
         self.0.adapter.has_graphics
+    }
+
+    /// Whether pipelines can have geometry shaders; on a caller's device never, as which features it has cannot be asked.
+    pub fn has_geometry_shader(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("geometryShader")
+    }
+
+    /// Whether buffers have atomics of 64 bits; on a caller's device never, as [`Gpu::has_geometry_shader`].
+    pub fn has_wide_atomics(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("atomics of 64 bits")
+    }
+
+    /// Whether vertices can be captured: [`Stream`](super::Stream); on a caller's device never.
+    pub fn has_transform_feedback(&self) -> bool {
+        self.0.stream.is_some()
     }
 
     /// Samples a pixel that pictures are drawn with: 4 where the device has them for colour and depth, else 1.

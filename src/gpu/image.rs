@@ -17,6 +17,8 @@ pub enum ImageUse {
     SampledColor,
     /// Depth test: 32-bit float.
     Depth,
+    /// Depth, one sample a pixel, that is copied to a buffer: drawn to, or resolved to.
+    CopiedDepth,
 }
 
 impl ImageUse {
@@ -24,7 +26,7 @@ impl ImageUse {
     pub fn format(self) -> vk::Format {
         match self {
             Self::Color | Self::SampledColor => vk::Format::R16G16B16A16_SFLOAT,
-            Self::Depth => vk::Format::D32_SFLOAT,
+            Self::Depth | Self::CopiedDepth => vk::Format::D32_SFLOAT,
         }
     }
 
@@ -34,13 +36,14 @@ impl ImageUse {
             Self::Color => U::COLOR_ATTACHMENT | U::STORAGE | U::TRANSFER_SRC,
             Self::SampledColor => U::COLOR_ATTACHMENT,
             Self::Depth => U::DEPTH_STENCIL_ATTACHMENT,
+            Self::CopiedDepth => U::DEPTH_STENCIL_ATTACHMENT | U::TRANSFER_SRC,
         }
     }
 
     fn aspect(self) -> vk::ImageAspectFlags {
         match self {
             Self::Color | Self::SampledColor => vk::ImageAspectFlags::COLOR,
-            Self::Depth => vk::ImageAspectFlags::DEPTH,
+            Self::Depth | Self::CopiedDepth => vk::ImageAspectFlags::DEPTH,
         }
     }
 }
@@ -177,7 +180,7 @@ impl Image {
     pub(super) fn first_access(&self) -> Access {
         match self.0.purpose {
             ImageUse::Color | ImageUse::SampledColor => Access::ColorWrite,
-            ImageUse::Depth => Access::DepthWrite,
+            ImageUse::Depth | ImageUse::CopiedDepth => Access::DepthWrite,
         }
     }
 }

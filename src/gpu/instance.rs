@@ -103,6 +103,10 @@ unsafe extern "system" fn collect(
     let (sink, data) = unsafe { (&*(user as *const Messages), &*data) };
     let (id, text) = unsafe { (data.message_id_name_as_c_str(), data.message_as_c_str()) };
     let [id, text] = [id, text].map(|part| part.unwrap_or(c"").to_string_lossy());
+    // Images are in the layout GENERAL for life, see `Image`: the layer would rather have another one for copies.
+    if text.contains("For optimal performance") && text.contains("instead of GENERAL") {
+        return vk::FALSE;
+    }
     if let Ok(mut sink) = sink.lock() {
         sink.push(format!("{id}: {text}"));
     }

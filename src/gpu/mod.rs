@@ -20,6 +20,7 @@ mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
+mod stream;
 mod submit;
 mod timing;
 
@@ -34,6 +35,7 @@ pub use kernel::{Kernel, KernelInfo};
 pub use program::{Bound, Resource};
 pub use raster::{Blend, Depth, Raster, RasterInfo, Topology};
 pub use recorder::{Recorder, Target};
+pub use stream::{Stream, StreamDraw, StreamInfo};
 pub use submit::{SpanTime, Submitter, Times};
 pub use timing::Clock;
 

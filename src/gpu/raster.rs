@@ -16,6 +16,8 @@ pub enum Topology {
     Triangles,
     /// Two vertices a line.
     Lines,
+    /// One vertex a point: what a geometry shader takes apart.
+    Points,
 }
 
 /// How colours meet what is there.
@@ -44,6 +46,8 @@ pub struct RasterInfo<'a> {
     pub name: &'a CStr,
     /// SPIR-V of the vertex shader.
     pub vertex: &'a [u8],
+    /// SPIR-V of the geometry shader, if there is one: not every device takes it.
+    pub geometry: Option<&'a [u8]>,
     /// SPIR-V of the fragment shader.
     pub fragment: &'a [u8],
     /// Names of the blocks of set 0 of all stages, by binding number.
@@ -68,7 +72,8 @@ impl Raster {
     /// `P` is the push-constant struct of all stages, `()` if there is none.
     ///
     /// # Errors
-    /// [`Error::Interface`] if the blocks, the constants or the size of `P` differ from the SPIR-V.
+    /// [`Error::Interface`] if the blocks, the constants or the size of `P` differ from the SPIR-V, or the device lacks the
+    /// stage.
     pub fn new<P>(gpu: &Gpu, info: &RasterInfo<'_>) -> Result<Self> {
         let name = || info.name.to_string_lossy().into_owned();
         if !gpu.has_graphics() {
@@ -77,13 +82,22 @@ impl Raster {
         let mismatch = |what| Error::Interface { kernel: name(), what };
         let vertex = reflect(info.vertex, info.constants).map_err(mismatch)?;
         let fragment = reflect(info.fragment, info.constants).map_err(mismatch)?;
-        let interface = vertex.merge(fragment).map_err(mismatch)?;
+        let mut interface = vertex.merge(fragment).map_err(mismatch)?;
+        let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
+        let mut stages = vertex | fragment;
+        let mut shaders =
+            vec![Shader { stage: vertex, spv: info.vertex }, Shader { stage: fragment, spv: info.fragment }];
+        if let Some(spv) = info.geometry {
+            if !gpu.has_geometry_shader() {
+                return Err(mismatch(format!("{} has no geometry shaders", gpu.name())));
+            }
+            interface = interface.merge(reflect(spv, info.constants).map_err(mismatch)?).map_err(mismatch)?;
+            stages |= vk::ShaderStageFlags::GEOMETRY;
+            shaders.push(Shader { stage: vk::ShaderStageFlags::GEOMETRY, spv });
+        }
         let host =
             HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };
-        let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
-        let program = Program::new(gpu, info.name, interface, vertex | fragment, &host)?;
-        let shaders =
-            [Shader { stage: vertex, spv: info.vertex }, Shader { stage: fragment, spv: info.fragment }];
+        let program = Program::new(gpu, info.name, interface, stages, &host)?;
         program
             .build(&shaders, info.constants, "vkCreateGraphicsPipelines", |device, cache, stages, layout| {
                 create(device, cache, stages, layout, info)
@@ -111,6 +125,7 @@ fn create(
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match info.topology {
         Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
         Topology::Lines => vk::PrimitiveTopology::LINE_LIST,
+        Topology::Points => vk::PrimitiveTopology::POINT_LIST,
     });
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
     let raster = vk::PipelineRasterizationStateCreateInfo::default()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result};
+use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result, StreamDraw};
 use ash::vk;
 use std::{ffi::CStr, slice};
 
@@ -12,8 +12,12 @@ pub struct Target<'a> {
     pub depth: &'a Image,
     /// Where the samples of a pixel are averaged when the pass ends, if there are several.
     pub resolved: Option<&'a Image>,
-    /// Colour before anything is drawn.
-    pub clear: [f32; 4],
+    /// Where depth of the first sample goes when the pass ends.
+    pub resolved_depth: Option<&'a Image>,
+    /// Colour before anything is drawn; `None` goes on with what an earlier pass left.
+    pub clear: Option<[f32; 4]>,
+    /// Another pass goes on with colour and depth.
+    pub goes_on: bool,
 }
 
 /// Writes commands into a command buffer that someone else allocates, begins, ends and submits.
@@ -234,7 +238,7 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Clears `target`, then draws what `body` draws to it.
+    /// Clears `target`, or goes on with it, and draws what `body` draws to it.
     pub fn render(&mut self, target: &Target<'_>, body: impl FnOnce(&mut Self)) {
         let (color, depth) = (target.color, target.depth);
         assert!(
@@ -243,8 +247,11 @@ impl<'g> Recorder<'g> {
             color.name(),
             depth.name()
         );
-        assert!(target.resolved.is_none_or(|it| it.size() == color.size() && it.samples() == 1));
-        for image in [color, depth].into_iter().chain(target.resolved) {
+        let resolved = target.resolved.into_iter().chain(target.resolved_depth);
+        for image in resolved.clone() {
+            assert!(image.size() == color.size() && image.samples() == 1, "`{}`", image.name());
+        }
+        for image in [color, depth].into_iter().chain(resolved) {
             self.keep(|| Kept::Image(image.clone()));
         }
         let general = vk::ImageLayout::GENERAL;
@@ -252,10 +259,17 @@ impl<'g> Recorder<'g> {
             vk::RenderingAttachmentInfo::default()
                 .image_view(image.view())
                 .image_layout(general)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(vk::AttachmentStoreOp::DONT_CARE)
+                .load_op(match target.clear {
+                    Some(_) => vk::AttachmentLoadOp::CLEAR,
+                    None => vk::AttachmentLoadOp::LOAD,
+                })
+                .store_op(match target.goes_on {
+                    true => vk::AttachmentStoreOp::STORE,
+                    false => vk::AttachmentStoreOp::DONT_CARE,
+                })
         };
-        let clear = vk::ClearValue { color: vk::ClearColorValue { float32: target.clear } };
+        let clear =
+            vk::ClearValue { color: vk::ClearColorValue { float32: target.clear.unwrap_or_default() } };
         let mut color = attachment(target.color).clear_value(clear);
         match target.resolved {
             Some(resolved) => {
@@ -267,7 +281,13 @@ impl<'g> Recorder<'g> {
             None => color = color.store_op(vk::AttachmentStoreOp::STORE),
         }
         // Depth is reversed: 0 is the far end.
-        let depth = attachment(target.depth).clear_value(vk::ClearValue::default());
+        let mut depth = attachment(target.depth).clear_value(vk::ClearValue::default());
+        if let Some(resolved) = target.resolved_depth {
+            depth = depth
+                .resolve_mode(vk::ResolveModeFlags::SAMPLE_ZERO) // the one mode that every device has
+                .resolve_image_view(resolved.view())
+                .resolve_image_layout(general);
+        }
         let [width, height] = target.color.size();
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let colors = [color];
@@ -295,6 +315,56 @@ impl<'g> Recorder<'g> {
         unsafe { device.cmd_end_rendering(cmd) };
     }
 
+    /// Captures what `draws` emit in `to`, one after the other from its start, as long as there is room, and counts the
+    /// bytes in `counter`: as [`Access::StreamWrite`]. What a draw takes its number from must be visible as
+    /// [`Access::StreamRead`].
+    ///
+    /// # Panics
+    /// If `bound` is no [`Stream`](super::Stream), or params are not of its size.
+    pub fn stream<P: bytemuck::Pod>(
+        &mut self,
+        bound: &Bound,
+        to: &Buffer,
+        counter: &Buffer,
+        draws: &[(StreamDraw<'_>, P)],
+    ) {
+        let program = bound.program();
+        assert!(program.interface.local_size.is_none(), "{:?} is a kernel", program.name);
+        let gpu = self.gpu;
+        let feedback = gpu.0.stream.as_ref().unwrap_or_else(|| panic!("{} cannot capture", gpu.name())).fp();
+        let Some((_, first)) = draws.first() else { return };
+        let (device, cmd) = (gpu.device(), self.cmd);
+        for buffer in [to, counter] {
+            self.keep(|| Kept::Buffer(buffer.clone()));
+        }
+        let area = vk::Rect2D { extent: vk::Extent2D { width: 1, height: 1 }, ..Default::default() };
+        let info = vk::RenderingInfo::default().render_area(area).layer_count(1);
+        unsafe { device.cmd_begin_rendering(cmd, &info) };
+        self.bind(bound, first);
+        let (offset, bytes) = (0, to.bytes());
+        unsafe {
+            (feedback.cmd_bind_transform_feedback_buffers_ext)(cmd, 0, 1, &to.raw(), &offset, &bytes);
+            (feedback.cmd_begin_transform_feedback_ext)(cmd, 0, 0, std::ptr::null(), std::ptr::null());
+        }
+        for (draw, params) in draws {
+            let bytes = bytemuck::bytes_of(params);
+            assert_eq!(bytes.len(), program.interface.push_bytes, "push constants of {:?}", program.name);
+            unsafe { device.cmd_push_constants(cmd, program.layout, program.stages, 0, bytes) };
+            match draw {
+                StreamDraw::Points(count) => unsafe { device.cmd_draw(cmd, *count, 1, 0, 0) },
+                StreamDraw::Captured { counter, stride } => {
+                    self.keep(|| Kept::Buffer((*counter).clone()));
+                    let raw = counter.raw();
+                    unsafe { (feedback.cmd_draw_indirect_byte_count_ext)(cmd, 1, 0, raw, 0, 0, *stride) };
+                }
+            }
+        }
+        unsafe {
+            (feedback.cmd_end_transform_feedback_ext)(cmd, 0, 1, &counter.raw(), &0);
+            device.cmd_end_rendering(cmd);
+        }
+    }
+
     /// # Panics
     /// If the buffers differ in size.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
@@ -303,6 +373,27 @@ impl<'g> Recorder<'g> {
         self.keep(|| Kept::Buffer(to.clone()));
         let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.bytes() };
         unsafe { self.gpu.device().cmd_copy_buffer(self.cmd, from.raw(), to.raw(), &[region]) };
+    }
+
+    /// Copies depth, one `f32` a pixel, row by row from the top.
+    ///
+    /// # Panics
+    /// If `image` is not for that, or `to` is not of its size.
+    pub fn copy_depth(&mut self, image: &Image, to: &Buffer) {
+        let [width, height] = image.size();
+        assert_eq!(image.purpose(), super::ImageUse::CopiedDepth, "`{}`", image.name());
+        assert_eq!(4 * u64::from(width) * u64::from(height), to.bytes(), "`{}`", to.name());
+        self.keep(|| Kept::Image(image.clone()));
+        self.keep(|| Kept::Buffer(to.clone()));
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(
+                vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::DEPTH).layer_count(1),
+            )
+            .image_extent(vk::Extent3D { width, height, depth: 1 });
+        let layout = vk::ImageLayout::GENERAL;
+        unsafe {
+            self.gpu.device().cmd_copy_image_to_buffer(self.cmd, image.raw(), layout, to.raw(), &[region])
+        };
     }
 
     /// Fills the whole buffer with one word, as [`Access::FillWrite`].

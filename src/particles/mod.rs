@@ -21,9 +21,16 @@
 //! Time is counted in ticks of 2^-16 s, in integers: births are at whole multiples of the emitter's period, whatever the
 //! steps are, and lives end on their tick. What is left out: particles do not see each other.
 
+pub mod black_hole;
+pub mod black_hole_fate;
+pub mod choose;
 pub mod cpu;
+pub mod cpu_black_hole;
 pub mod drag;
 pub mod emitter;
+pub mod kepler;
+pub mod kepler_stateless;
+pub mod oracle;
 pub mod pool;
 
 pub use drag::Drag;

@@ -30,7 +30,10 @@ pub struct Stats {
     pub passes: Vec<PassStats>,
     /// By water, as in the scene.
     pub waters: Vec<WaterStats>,
-    /// Every so many frames, if asked for: frame and one hash a water.
+    /// By emitter, as in the scene.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub emitters: Vec<EmitterStats>,
+    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles.
     pub hashes: Vec<(u32, Vec<String>)>,
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -91,6 +94,31 @@ pub struct WaterStats {
     pub disturbances_dropped: u64,
     /// Of the state at the end.
     pub state_hash: String,
+}
+
+/// What became of the particles of one emitter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct EmitterStats {
+    /// As in the scene.
+    pub name: String,
+    /// Born since the start.
+    pub born: u64,
+    /// Alive at the end.
+    pub alive: u64,
+    /// Born without room, and not drawn.
+    pub dropped: u64,
+    /// Ended by age.
+    pub aged: u64,
+    /// Ended by the law.
+    pub ended: u64,
+    /// Ended because a number was none.
+    pub spoiled: u64,
+    /// Steps taken; absent where nothing is stepped.
+    pub steps: Option<u64>,
+    /// Of a step (s).
+    pub dt_s: Option<f64>,
+    /// Of all that lives at the end.
+    pub state_hash: Option<String>,
 }
 
 impl Stats {

@@ -24,11 +24,13 @@
 mod asc;
 pub mod builtin;
 mod choose;
+mod emit;
 mod error;
 mod heightmap;
 pub mod measured;
 mod node;
 mod parse;
+mod particles;
 mod plan;
 mod schema;
 mod simulation;
@@ -41,10 +43,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
+pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use measured::Measured;
 pub use node::Override;
+pub(crate) use particles::MOST_CENTRES;
+pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
 pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
@@ -65,8 +70,14 @@ pub struct Scene {
     pub sun: Sun,
     /// Where the ground comes from, if there is any; [`Scene::terrain_heights`] loads it.
     pub terrain: Option<TerrainSource>,
-    /// The bodies of water. A scene has terrain or at least one water.
+    /// The bodies of water. A scene has terrain, water or something that throws particles.
     pub water: Vec<WaterScene>,
+    /// What throws particles.
+    #[serde(rename = "emitter")]
+    pub emitters: Vec<EmitterScene>,
+    /// What pulls them.
+    #[serde(rename = "attractor")]
+    pub attractors: Vec<Attractor>,
     /// The folder that asset paths are relative to; `None` is the current one.
     #[serde(skip)]
     pub base_dir: Option<PathBuf>,
@@ -116,6 +127,8 @@ pub struct Sun {
     pub azimuth_deg: f32,
     /// Height above the horizon (degrees), 1..=90, default 32.
     pub elevation_deg: f32,
+    /// Of sun and sky, 0..=1, default 1; below a tenth it is night.
+    pub brightness: f32,
 }
 
 /// Where the ground comes from.
@@ -155,6 +168,11 @@ impl Scene {
         self.terrain.as_ref().map(|terrain| heightmap::load(terrain, self.base_dir.as_deref())).transpose()
     }
 
+    /// Emitters that have a pool.
+    pub(crate) fn pools(&self) -> usize {
+        self.emitters.iter().filter(|it| matches!(it.throws, Throws::Law(_))).count()
+    }
+
     /// The scene's camera, or else one that sees the whole scene.
     pub fn camera(&self) -> Camera {
         let level = self.water.first().map_or(0.0, |water| water.level_m);
@@ -164,7 +182,14 @@ impl Scene {
     /// The largest horizontal extent of the terrain and the waters (m).
     pub fn extent_m(&self) -> f32 {
         let sizes = self.terrain.iter().map(|t| t.size_m).chain(self.water.iter().map(|w| w.size_m));
-        sizes.flatten().fold(0.0, f32::max)
+        let extent = sizes.flatten().fold(0.0, f32::max);
+        if extent > 0.0 {
+            return extent;
+        }
+        // Particles alone: what throws them and what pulls them.
+        let places =
+            self.emitters.iter().filter_map(|it| it.at_m).chain(self.attractors.iter().map(|it| it.at_m));
+        2.0 * places.flatten().fold(5.0, |far: f32, x| far.max(x.abs()))
     }
 }
 
@@ -195,7 +220,7 @@ impl Camera {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { azimuth_deg: 135.0, elevation_deg: 32.0 }
+        Self { azimuth_deg: 135.0, elevation_deg: 32.0, brightness: 1.0 }
     }
 }
 

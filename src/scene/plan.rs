@@ -3,7 +3,8 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, works, Heightmap, Model, Scene, SceneError, Simulation, View, WaterScene,
+    choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation,
+    View, WaterScene,
 };
 use crate::{draw::TerrainGrid, water};
 use glam::{uvec2, vec2, Vec2};
@@ -46,6 +47,8 @@ pub struct WaterPlan {
 pub struct Plan {
     /// The waters.
     pub waters: Vec<WaterPlan>,
+    /// What throws particles.
+    pub emitters: Vec<EmitterPlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
@@ -134,13 +137,21 @@ impl Scene {
             },
             // A bed as deep as the deepest water, so that there is something to see through it.
             None => {
-                let bed = self.water.iter().map(|w| w.level_m - w.depth_m as f32).fold(f32::MAX, f32::min);
+                let beds = self.water.iter().map(|w| w.level_m - w.depth_m as f32);
+                let bed = beds.reduce(f32::min).unwrap_or(0.0);
                 TerrainGrid::flat(vec2(self.extent_m(), self.extent_m()), bed)
             }
         };
         works::raise_walls(&self.water, &mut terrain);
-        let mut plan =
-            Plan { waters, terrain, has_terrain, warnings, buffers: Vec::new(), passes: Vec::new() };
+        let mut plan = Plan {
+            waters,
+            emitters: self.plan_emitters()?,
+            terrain,
+            has_terrain,
+            warnings,
+            buffers: Vec::new(),
+            passes: Vec::new(),
+        };
         plan.list_buffers(self);
         plan.list_passes(self);
         Ok(plan)
@@ -151,6 +162,11 @@ impl Plan {
     /// Sum of all buffers and images (bytes).
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(|buffer| buffer.bytes).sum()
+    }
+
+    /// Whether there is ground to be seen; particles alone have none, and no sky either.
+    pub fn has_ground(&self) -> bool {
+        self.has_terrain || !self.waters.is_empty()
     }
 
     fn list_buffers(&mut self, scene: &Scene) {
@@ -202,12 +218,18 @@ impl Plan {
                 add("water.bodies", bytes, format!("{because}.body"));
             }
         }
-        if scene.output.view == View::Shaded {
+        if scene.output.view == View::Shaded && self.has_ground() {
             let samples = self.terrain.height_m.len() as u64;
             let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
             add("draw.terrain_m", 4 * samples, ground.into());
             add("draw.light", 4 * samples, ground.into());
         }
+        for emitter in &self.emitters {
+            emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
+        }
+        let mut add = |name: &str, bytes: u64, because: String| {
+            list.push(PlannedBuffer { name: name.into(), bytes, because });
+        };
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
         add("draw.samples (4 a pixel, where the device has them)", 4 * 8 * pixels, size.into());
@@ -239,12 +261,19 @@ impl Plan {
                 ));
             }
         }
-        let surface =
-            if scene.output.view == View::Wireframe { "water.wire" } else { "sky, terrain, water.surface" };
-        if scene.output.view == View::Shaded {
+        for emitter in &self.emitters {
+            emitter.list_steps(scene.output.fps, &mut self.passes);
+        }
+        let surface = match (self.has_ground(), scene.output.view) {
+            (false, _) => "nothing but particles",
+            (_, View::Wireframe) => "water.wire",
+            _ => "sky, terrain, water.surface",
+        };
+        if scene.output.view == View::Shaded && self.has_ground() {
             self.passes.push(("draw.light (with the first picture)".into(), 0.0));
         }
         self.passes.push((format!("draw.scene ({surface})"), 1.0));
+        emit::list_draws(&self.emitters, &mut self.passes);
         self.passes.push(("draw.tonemap".into(), 1.0));
     }
 }

@@ -13,7 +13,8 @@ use super::{
         Rule::{AtLeastZero, Within},
         Table,
     },
-    water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View, WaterScene,
+    particles, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
+    WaterScene,
 };
 
 /// Lengths and places (m): beyond them f32 has no columns left.
@@ -40,9 +41,13 @@ pub(super) fn scene(
         let next = water_table::water(table, terrain.as_ref(), &water, &output);
         water.push(next);
     }
+    let attractors = particles::attractors(&mut table);
+    let emitters = particles::emitters(&mut table, &attractors, terrain.is_some() || !water.is_empty());
     // A water that could not be read has been reported already.
-    if water.is_empty() && !table.has("terrain") && (!table.has("water") || reader.is_clean()) {
-        table.conflict("", "nothing to see: a scene has [terrain] or [[water]] or both");
+    let is_empty = water.is_empty() && emitters.is_empty();
+    let is_blank = !table.has("terrain") && !table.has("water") && !table.has("emitter");
+    if is_empty && (is_blank || !table.has("terrain") && reader.is_clean()) {
+        table.conflict("", "nothing to see: a scene has [terrain], [[water]] or [[emitter]]");
     }
     let camera_table = table.table("camera");
     let mut scene = Scene {
@@ -53,6 +58,8 @@ pub(super) fn scene(
         sun,
         terrain,
         water,
+        emitters,
+        attractors,
         base_dir: base_dir.map(Path::to_owned),
     };
     scene.camera = camera_table.map(|table| camera(table, scene.camera()));
@@ -101,6 +108,7 @@ fn sun(mut table: Table<'_>) -> Sun {
     let sun = Sun {
         azimuth_deg: table.maybe("azimuth_deg", Within(-360.0, 360.0)).unwrap_or(default.azimuth_deg),
         elevation_deg: table.maybe("elevation_deg", Within(1.0, 90.0)).unwrap_or(default.elevation_deg),
+        brightness: table.maybe("brightness", Within(0.0, 1.0)).unwrap_or(default.brightness),
     };
     table.finish();
     sun

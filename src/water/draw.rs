@@ -140,6 +140,7 @@ impl SurfaceDraw {
         let info = RasterInfo {
             name: c"water.surface",
             vertex: shaded,
+            geometry: None,
             fragment: shaders::WATER_SURFACE_FRAG,
             blocks: &blocks,
             constants: &[],

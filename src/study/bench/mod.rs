@@ -2,6 +2,10 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod ballistic;
+pub mod black_hole;
+pub mod disks;
+pub mod draw;
 pub mod particles;
 pub mod prims;
 pub mod water;
@@ -54,7 +58,15 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, prims::SUITE];
+const SUITES: &[Suite] = &[
+    water::SUITE,
+    particles::SUITE,
+    black_hole::SUITE,
+    ballistic::SUITE,
+    draw::SUITE,
+    disks::SUITE,
+    prims::SUITE,
+];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -154,6 +166,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
     match error {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
+        | Error::Disks(crate::disks::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
@@ -161,6 +174,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         }
         Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),
     }
 }

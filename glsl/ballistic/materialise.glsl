@@ -1,0 +1,23 @@
+// Writes the live particles of an effect as 16-byte vertices, oldest first: for whoever draws them by other means, and to
+// see how fast they come. Reads nothing. CPU twin: ballistic::cpu::flight.
+#include "ballistic/flight.glsl"
+
+layout(local_size_x_id = 0) in;
+
+// Position (m); from the low byte: red, green, blue (linear, premultiplied, up to 1), and age in 255ths of its life.
+layout(set = 0, binding = 0, std430) writeonly buffer Vertices { vec4 vertex[]; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.y * (gl_NumWorkGroups.x * gl_WorkGroupSize.x) + gl_GlobalInvocationID.x;
+    if (i >= min(effect.births * effect.burst, effect.capacity)) return;
+    Who who;
+    Flight f;
+    vec3 at_m = vec3(0.0);
+    vec4 seen = vec4(0.0, 0.0, 0.0, 1.0);  // black: adds nothing
+    if (flight_of(i, who, f)) {
+        Look l = look(who, f);
+        at_m = f.at_m;
+        seen = vec4(l.color.rgb, f.share);
+    }
+    vertex[i] = vec4(at_m, uintBitsToFloat(packUnorm4x8(seen)));
+}

@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define SPLATS_PACKED
+#include "draw/view.glsl"
+#include "draw/sprite.glsl"
+#include "draw/cloud.glsl"
+#include "draw/sprites_splat.glsl"

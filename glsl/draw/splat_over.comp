@@ -1,0 +1,5 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "draw/view.glsl"
+#include "draw/splats.glsl"
+#include "draw/splat_over.glsl"

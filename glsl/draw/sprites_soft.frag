@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define SOFT
+#include "draw/view.glsl"
+#include "draw/sprite.glsl"
+#include "draw/sprites_frag.glsl"

@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define TEXTURE
+#define SOFT
+#include "draw/view.glsl"
+#include "draw/sprite.glsl"
+#include "draw/sprites_frag.glsl"
