@@ -8,8 +8,9 @@ use whitecap::{gpu::reflect::reflect, shaders};
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
+    &["prims"],
     &["draw"],
-    &["water", "ballistic", "disks"],
+    &["water", "particles", "ballistic", "disks"],
     &["scene"],
     &["run"],
     &["study"],

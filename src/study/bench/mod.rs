@@ -97,7 +97,9 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         let have = rows().map(|(sim, variant)| format!("{sim}/{variant}")).collect();
         return Err(Error::NoSuch { what: "bench", wanted: wanted.clone(), have });
     }
-    let effort = Effort { budget_s: options.budget_s.unwrap_or(3.0), ..Effort::full(gpu) };
+    // Runs so short that the budget has room for some.
+    let (budget_s, full) = (options.budget_s.unwrap_or(3.0), Effort::full(gpu));
+    let effort = Effort { budget_s, run_ms: full.run_ms.min(200.0 * budget_s), ..full };
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for suite in SUITES {
         for variant in suite.variants.iter().filter(|variant| is_named(names, (suite.sim, variant))) {
