@@ -4,9 +4,8 @@
 //!
 //! | kernel              | reads                                        | writes                                | CPU twin               |
 //! | ------------------- | -------------------------------------------- | ------------------------------------- | ---------------------- |
-//! | `particles.prepare` | emitters, counts                             | births, places, counts, arguments     | [`cpu::Pool::prepare`] |
+//! | `particles.prepare` | emitters, counts                             | births, counts, arguments             | [`cpu::Pool::prepare`] |
 //! | `particles.LAW`     | particles, emitters, births, law, counts     | new particles, places, counts         | [`cpu::Pool::advance`] |
-//! | `particles.close`   | counts                                       | arguments                             |                        |
 //!
 //! The pool owns memory, counts, births, compaction and the arguments of indirect dispatches and draws; all of that stays on
 //! the GPU, the host neither reads nor guesses a count. A law is a function in GLSL that moves a particle by a time and says

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl,close.comp}`.
+//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl}`.
 
 use super::{
     Emitter, EmitterState, EmitterWords, Error, Invalid, Law, Particle, Step, StepParams, TICKS_PER_S,
@@ -77,6 +77,9 @@ impl Tuning {
     }
 }
 
+/// Tiles that are added up together: `BLOCK` in `glsl/particles/step.glsl`.
+const BLOCK: u32 = 256;
+
 /// What a pool is built with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
@@ -103,7 +106,6 @@ impl Options {
 pub struct Particles {
     prepare: Kernel,
     advance: Kernel,
-    close: Option<Kernel>,
     name: &'static CStr,
     options: Options,
     gpu: Gpu,
@@ -168,18 +170,9 @@ impl Particles {
             blocks: &["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"],
             constants: &[&own, law.constants].concat(),
         };
-        let counts_as_it_goes =
-            matches!(compaction, Compaction::Group | Compaction::Subgroup | Compaction::Atomic);
-        let close = KernelInfo {
-            name: c"particles.close",
-            spv: shaders::PARTICLES_CLOSE_COMP,
-            blocks: &["Pool"],
-            constants: &[],
-        };
         Ok(Self {
             prepare: Kernel::new::<StepParams>(gpu, &prepare)?,
             advance: Kernel::new::<StepParams>(gpu, &advance)?,
-            close: counts_as_it_goes.then(|| Kernel::new::<()>(gpu, &close)).transpose()?,
             name: law.name,
             options,
             gpu: gpu.clone(),
@@ -217,12 +210,16 @@ impl Particles {
             stride,
             now: info.start,
             life_ticks,
+            turn: 1,
             ..PoolState::default()
         };
         let state = gpu.upload("particles.pool", &[state])?;
         // A step reads as many slots as there are at the most, and as many births again where all of them have ended.
         let tiles = (2 * u64::from(info.capacity)).div_ceil(u64::from(tile));
-        let words = if compaction == Compaction::InPlace { 2 * u64::from(info.capacity) } else { 2 * tiles };
+        let words = match compaction {
+            Compaction::InPlace => 2 * u64::from(info.capacity),
+            _ => 2 * tiles + 3 * tiles.div_ceil(BLOCK.into()),
+        };
         let places = buffer("particles.places", 4 * words)?;
         gpu.once(|rec| {
             rec.fill(&places, 0);
@@ -246,7 +243,6 @@ impl Particles {
             ])
         };
         let advance = [bind(0)?, bind(1)?];
-        let close = self.close.as_ref().map(|it| it.bind(&[("Pool", (&state).into())])).transpose()?;
         let params = StepParams {
             now: info.start,
             dt_ticks: 0,
@@ -267,7 +263,6 @@ impl Particles {
             places,
             prepare,
             advance,
-            close,
             params,
             name: self.name,
             options: self.options,
@@ -329,7 +324,6 @@ pub struct Pool {
     places: Buffer,
     prepare: Bound,
     advance: [Bound; 2],
-    close: Option<Bound>,
     params: StepParams,
     name: &'static CStr,
     options: Options,
@@ -353,10 +347,6 @@ impl Pool {
         rec.span(self.name, |rec| {
             rec.dispatch_indirect(&self.advance[self.current], &self.state, 0, &params)
         });
-        if let Some(close) = &self.close {
-            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
-            rec.span(c"particles.close", |rec| rec.dispatch(close, [1, 1, 1], &()));
-        }
         self.current = 1 - self.current;
     }
 
@@ -449,6 +439,7 @@ impl Pool {
             stride: before.stride,
             now: before.now,
             life_ticks: before.life_ticks,
+            turn: 1,
             born: count,
             ..PoolState::default()
         };
@@ -457,6 +448,10 @@ impl Pool {
             let tile = self.options.tuning.tile() as usize;
             let mut places = vec![0u32; self.places.bytes() as usize / 4];
             for (living, part) in places.iter_mut().zip(particles.chunks(tile)) {
+                *living = part.len() as u32;
+            }
+            let tiles = (2 * params.capacity as usize).div_ceil(tile);
+            for (living, part) in places[tiles..].iter_mut().zip(particles.chunks(tile * BLOCK as usize)) {
                 *living = part.len() as u32;
             }
             self.gpu.upload_to(&self.places, &places)?;
@@ -659,6 +654,10 @@ pub struct PoolState {
     pub free_count: u32,
     /// By the births of the last step.
     pub taken: u32,
+    /// Which half of the counts of tiles the last step read: it counted in the other.
+    pub turn: u32,
+    /// Workgroups of the last step, where they are counted.
+    pub finished: u32,
     /// Low word of [`Counts::born`].
     pub born: u32,
     /// Low word.
