@@ -196,7 +196,8 @@ void main() {
         }
     }
     if (is_ranked && gathers) {
-        uint many = written, ahead = to & 31u;  // writing starts where a line of 32 words does
+        // Writing starts where a line of 32 words does; a line is no longer than the workgroup is wide.
+        uint many = written, ahead = to & 31u;
         [[unroll]] for (uint w = 0u; w < 7u; ++w) {
             if (!has_word(w)) break;
             uint from = (w & 1u) * tile;
@@ -204,8 +205,9 @@ void main() {
                 if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
             }
             barrier();
-            for (uint j = lane; j < many + ahead; j += group) {
-                if (j >= ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
+            [[unroll]] for (uint k = 0u; k <= items; ++k) {
+                uint j = k * group + lane;
+                if (j >= ahead && j < many + ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
             }
         }
     } else {

@@ -188,7 +188,7 @@ impl Particles {
         let tile = tuning.tile();
         let life_ticks = check(info, self.options, &self.gpu)?;
         let gpu = &self.gpu;
-        let stride = info.capacity.next_multiple_of(32);
+        let stride = (info.capacity + 1).next_multiple_of(32);
         let bytes = 4 * u64::from(layout.words()) * u64::from(stride);
         let buffer = |name: &str, bytes| Buffer::new(gpu, name, bytes, Residence::Device);
         let is_still = matches!(compaction, Compaction::InPlace | Compaction::Ring);
@@ -197,13 +197,11 @@ impl Particles {
         let particles = [first, second];
         let emitters: Vec<_> = info.emitters.iter().zip(0..).map(|(it, stream)| it.words(stream)).collect();
         let births: Vec<_> = info.emitters.iter().map(|it| it.state(info.start)).collect();
-        let or_one = |count: usize| count.max(1);
-        let mut padded = vec![EmitterWords::default(); or_one(emitters.len())];
-        padded[..emitters.len()].copy_from_slice(&emitters);
-        let emitters = gpu.upload("particles.emitters", &padded)?;
-        let mut padded = vec![EmitterState::default(); or_one(births.len())];
-        padded[..births.len()].copy_from_slice(&births);
-        let births = gpu.upload("particles.births", &padded)?;
+        // One more than there are, which nobody touches.
+        let unused: EmitterWords = bytemuck::cast([CANARY; 12]);
+        let emitters = gpu.upload("particles.emitters", &[&emitters[..], &[unused]].concat())?;
+        let unused: EmitterState = bytemuck::cast([CANARY; 8]);
+        let births = gpu.upload("particles.births", &[&births[..], &[unused]].concat())?;
         let law = gpu.upload("particles.law", info.law)?;
         let state = PoolState {
             capacity: info.capacity,
@@ -220,9 +218,11 @@ impl Particles {
             Compaction::InPlace => 2 * u64::from(info.capacity),
             _ => 2 * tiles + 3 * tiles.div_ceil(BLOCK.into()),
         };
-        let places = buffer("particles.places", 4 * words)?;
+        let mut clear = vec![0; words as usize];
+        clear.push(CANARY);
+        let places = gpu.upload("particles.places", &clear)?;
         gpu.once(|rec| {
-            rec.fill(&places, 0);
+            particles.iter().take(if is_still { 1 } else { 2 }).for_each(|it| rec.fill(it, CANARY));
             rec.barrier(Access::FillWrite, Self::ENTRY);
         })?;
         let prepare = self.prepare.bind(&[
@@ -278,7 +278,7 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
     let range = u64::from(gpu.limits().max_storage_buffer_range).min(4 * u64::from(u32::MAX));
     let per_particle = if options.compaction == Compaction::InPlace { words.max(2) } else { words };
     // Indices of words and vertices stay below 2^32, in whole lines of 32.
-    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32;
+    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32 - 1;
     if !(1..=most).contains(&u64::from(info.capacity)) {
         let allowed = format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
         return Err(invalid("capacity", info.capacity.to_string(), allowed));
@@ -447,6 +447,7 @@ impl Pool {
         if self.options.compaction != Compaction::InPlace {
             let tile = self.options.tuning.tile() as usize;
             let mut places = vec![0u32; self.places.bytes() as usize / 4];
+            places[self.places.bytes() as usize / 4 - 1] = CANARY;
             for (living, part) in places.iter_mut().zip(particles.chunks(tile)) {
                 *living = part.len() as u32;
             }
@@ -518,6 +519,21 @@ impl Pool {
     }
 }
 
+/// A word that no pass reads or writes stands behind every plane and every list of a pool, and stays what it is.
+const CANARY: u32 = 0xdead_beef;
+
+impl Snapshot {
+    /// Words behind planes and lists that something has overwritten; not of [`Layout::Records`].
+    pub fn trespasses(&self, capacity: u32) -> usize {
+        let stride = (capacity + 1).next_multiple_of(32) as usize;
+        let planes = self.particles.len() / stride;
+        let behind = (0..planes).flat_map(|w| &self.particles[w * stride + capacity as usize..(w + 1) * stride]);
+        let last = |list: &[u32], words: usize| list[list.len() - words..].to_vec();
+        let lists = [last(&self.emitters, 12), last(&self.births, 8), last(&self.places, 1)].concat();
+        behind.chain(&lists).filter(|word| **word != CANARY).count()
+    }
+}
+
 /// A pool at rest: words of its buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snapshot {
@@ -540,7 +556,7 @@ pub struct Snapshot {
 /// Particles as words of a layout, for `stride` slots.
 pub fn pack(particles: &[Particle], layout: Layout, stride: u32) -> Vec<u32> {
     let stride = stride as usize;
-    let mut words = vec![0; layout.words() as usize * stride];
+    let mut words = vec![CANARY; layout.words() as usize * stride];
     for (i, it) in particles.iter().enumerate() {
         let ([x, y, z], [vx, vy, vz]) = (it.at_m.to_array(), it.velocity_mps.to_array());
         let [x, y, z] = [x, y, z].map(f32::to_bits);

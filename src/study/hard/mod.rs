@@ -2,6 +2,7 @@
 //! Hard cases: set-ups that the simple method gets wrong, each a number against a limit. A case is an entry of a table
 //! and a function of a few lines.
 
+pub mod particles;
 pub mod water;
 
 use super::{
@@ -94,7 +95,7 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES].into_iter().flatten()
+    [water::CASES, water::DEPTH_CASES, particles::CASES].into_iter().flatten()
 }
 
 /// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it, or
