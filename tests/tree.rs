@@ -92,7 +92,14 @@ fn dependencies_point_down() {
 
 #[test]
 fn twins_know_nothing_of_the_gpu() {
-    for file in ["src/particles/cpu.rs", "src/prims/cpu.rs", "src/water/cpu.rs", "src/water/oracle.rs", "src/water/starts.rs", "src/random.rs"] {
+    for file in [
+        "src/particles/cpu.rs",
+        "src/prims/cpu.rs",
+        "src/water/cpu.rs",
+        "src/water/oracle.rs",
+        "src/water/starts.rs",
+        "src/random.rs",
+    ] {
         let text = fs::read_to_string(file).unwrap();
         assert!(!text.contains("crate::gpu") && !text.contains("ash::"), "{file}");
     }

@@ -29,7 +29,11 @@ pub fn compile_law(source: &str, file: &str) -> Result<Vec<u8>, crate::gpu::glsl
     let compiled = crate::gpu::compiler()?.compile(&text, file, Stage::Compute);
     let words = compiled.map_err(|mut error| {
         // The line that the compiler names is one of `source`, not of the text around it.
-        let line = error.log.split(&format!("{file}:")).nth(1).and_then(|rest| rest.split(':').next()?.parse::<usize>().ok());
+        let line = error
+            .log
+            .split(&format!("{file}:"))
+            .nth(1)
+            .and_then(|rest| rest.split(':').next()?.parse::<usize>().ok());
         let found = line.and_then(|line| Some((line, source.lines().nth(line.checked_sub(1)?)?)));
         error.excerpt = found.map_or(String::new(), |(line, text)| format!("{line:5} | {text}"));
         error

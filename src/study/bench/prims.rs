@@ -15,7 +15,15 @@ use crate::{
 /// Its rows.
 pub const SUITE: Suite = Suite {
     sim: "prims",
-    variants: &["scan", "scan/shared", "compact", "compact/shared", "sort", "sort/kept", "sort/kept/unordered"],
+    variants: &[
+        "scan",
+        "scan/shared",
+        "compact",
+        "compact/shared",
+        "sort",
+        "sort/kept",
+        "sort/kept/unordered",
+    ],
     sizes: &[1 << 20, 1 << 24, 1 << 26],
     largest_on_cpu: 1 << 20,
     label: |size| size.to_string(),
@@ -43,7 +51,9 @@ fn time(gpu: &Gpu, variant: &str, size: u32, effort: Effort) -> Result<Timing> {
         let scan = Scan::new(gpu, sums)?.bind(&from, &to)?;
         gpu.once(|rec| scan.record(rec, size))?;
         let (want, total) = cpu::exclusive_scan(&values);
-        if gpu.download::<u32>(scan.sums())?[ScanBound::total_at(size)] != total || gpu.download::<u32>(&to)? != want {
+        if gpu.download::<u32>(scan.sums())?[ScanBound::total_at(size)] != total
+            || gpu.download::<u32>(&to)? != want
+        {
             return Err(wrong(variant));
         }
         return runs::time(gpu, effort, |rec| {

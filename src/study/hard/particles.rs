@@ -5,8 +5,8 @@ use super::{Case, Context, Outcome};
 use crate::{
     gpu::Gpu,
     particles::{
-        compile_law, cpu, Compaction, Drag, Emitter, Layout, Law, Options, Particles, Pool, PoolInfo, Step, Thrown,
-        Tuning, TICKS_PER_S,
+        compile_law, cpu, Compaction, Drag, Emitter, Law, Layout, Options, Particles, Pool, PoolInfo, Step,
+        Thrown, Tuning, TICKS_PER_S,
     },
     study::Result,
 };
@@ -59,7 +59,13 @@ fn options(gpu: &Gpu, variant: &str) -> Options {
 }
 
 fn emitter(rate_per_s: f64) -> Emitter {
-    Emitter { at_m: Vec3::ZERO, velocity_mps: Vec3::ZERO, speed_mps: 5.0, rate_per_s, thrown: Thrown::Corners }
+    Emitter {
+        at_m: Vec3::ZERO,
+        velocity_mps: Vec3::ZERO,
+        speed_mps: 5.0,
+        rate_per_s,
+        thrown: Thrown::Corners,
+    }
 }
 
 fn run(gpu: &Gpu, pool: &mut Pool, steps: impl Iterator<Item = Step>) -> Result<()> {
@@ -78,7 +84,8 @@ fn births_until(emitter: &Emitter, tick: u64) -> u64 {
 }
 
 /// The law: straight on, and an end in a ball of 4 m round the origin.
-const HORIZON: &str = "layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { float radius_m; };
+const HORIZON: &str =
+    "layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { float radius_m; };
 bool advance(inout Particle it, float dt_s) {
     it.at_m += it.velocity_mps * dt_s;
     return dot(it.at_m, it.at_m) > radius_m * radius_m;
@@ -92,15 +99,22 @@ fn inside_the_horizon(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     // 600 a second stay for two seconds: more than there is room for.
     let outside = Emitter { at_m: Vec3::X * 20.0, speed_mps: 0.5, rate_per_s: 600.0, ..inside };
     let emitters = [inside, outside];
-    let info =
-        PoolInfo { capacity: 1000, life_s: 2.0, seed: 1, start: 0, emitters: &emitters, law: bytemuck::bytes_of(&4f32) };
+    let info = PoolInfo {
+        capacity: 1000,
+        life_s: 2.0,
+        seed: 1,
+        start: 0,
+        emitters: &emitters,
+        law: bytemuck::bytes_of(&4f32),
+    };
     let mut pool = Particles::new(context.gpu, &law, options(context.gpu, variant))?.pool(&info)?;
     run(context.gpu, &mut pool, (0..240).map(|i| Step::nth(i, 1.0 / 60.0)))?;
     let counts = pool.counts()?;
     let thrown: u64 = emitters.iter().map(|it| births_until(it, u64::from(pool.now()))).sum();
     let living = pool.living()?;
     let inside = living.iter().filter(|it| it.at_m.length() < 3.999).count() as u64;
-    let lost = thrown.abs_diff(counts.born + counts.dropped) + counts.alive().abs_diff(living.len() as u64) + inside;
+    let lost =
+        thrown.abs_diff(counts.born + counts.dropped) + counts.alive().abs_diff(living.len() as u64) + inside;
     let note = format!("{thrown} thrown: {counts:?}, {} alive", counts.alive());
     Ok(Outcome::of(lost as f64).only_if(counts.ended > 10_000 && counts.dropped > 0).note(note))
 }
@@ -184,7 +198,8 @@ fn at_the_limits(context: &Context<'_>, variant: &str) -> Result<Outcome> {
             Ok(mut pool) => {
                 run(context.gpu, &mut pool, (0..3).map(|i| Step::nth(i, 1.0 / 60.0)))?;
                 let counts = pool.counts()?;
-                let is_right = counts.born == births_until(&emitters[0], u64::from(pool.now())).min(capacity.into());
+                let is_right =
+                    counts.born == births_until(&emitters[0], u64::from(pool.now())).min(capacity.into());
                 wrong += u32::from(!is_right || !(1..=most).contains(&capacity));
                 notes.push(format!("{capacity} ran"));
             }
