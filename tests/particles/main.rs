@@ -5,4 +5,5 @@
 mod black_hole;
 #[path = "../common/mod.rs"]
 mod common;
+mod layouts;
 mod pool;
