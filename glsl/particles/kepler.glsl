@@ -170,6 +170,25 @@ void fly(Flight f, float q, vec3 at, vec3 w, out vec3 to_at, out vec3 to_w) {
     to_w = more_w;
 }
 
+// Whether a place is so deep that energies there are far above that of the orbit: what rounds them spoils it.
+bool is_narrow(float alpha, vec3 at) {
+    precise float r2 = dot3(at, at) * (16.0 * alpha * alpha);
+    return r2 < 1.0;
+}
+
+// Takes away what rounding has added to the energy: both place and speed are scaled, along its gradient, so that little
+// is asked of either.
+void hold_energy(float alpha, inout vec3 at, inout vec3 w) {
+    precise float well = 1.0 / sqrt(dot3(at, at));
+    float w2 = dot3(w, w);
+    precise float excess = (0.5 * w2 - well) + 0.5 * alpha;
+    precise float part = excess / (well * well + w2 * w2);
+    precise vec3 held_at = at - (part * well) * at;
+    precise vec3 held_w = w - (part * w2) * w;
+    at = held_at;
+    w = held_w;
+}
+
 // The part of q beyond whole periods, from minus half of one to half.
 float within_period(Flight f, float q) {
     if (f.alpha <= 0.0) return q;

@@ -140,7 +140,6 @@ pub fn universal<T: Real>(alpha: T, x: T) -> [T; 4] {
     [u0, u1, u2, u3]
 }
 
-
 /// A flight from the hole's point of view, in units in which `mu` is 1: time times `sqrt(mu)`, speed over it.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<T> {
@@ -183,7 +182,8 @@ impl<T: Real> Flight<T> {
             // Soon the flight only grows with the exponential of the anomaly: no farther than its logarithm.
             let k = (-alpha).root();
             let mean = q * k * k * k;
-            let most = (c(1.0) + c(2.0) * (mean + (sigma * k).most(c(0.0)) + c(2.0)) / (beta + sigma * k)).about_log();
+            let most = (c(1.0) + c(2.0) * (mean + (sigma * k).most(c(0.0)) + c(2.0)) / (beta + sigma * k))
+                .about_log();
             high = c(1.1) * most / k;
         }
         let mut low = c(0.0);
@@ -289,6 +289,20 @@ pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: Triple<T>, w: Triple<T>) -> (T
     (to_at, to_w)
 }
 
+/// Whether a place is so deep that energies there are far above that of the orbit: what rounds them spoils it.
+pub fn is_narrow<T: Real>(alpha: T, at: Triple<T>) -> bool {
+    dot(at, at) * (T::of(16.0) * alpha * alpha) < T::of(1.0)
+}
+
+/// Takes away what rounding has added to the energy: place and speed are scaled, along its gradient.
+pub fn hold_energy<T: Real>(alpha: T, at: Triple<T>, w: Triple<T>) -> (Triple<T>, Triple<T>) {
+    let well = T::of(1.0) / dot(at, at).root();
+    let w2 = dot(w, w);
+    let excess = (T::of(0.5) * w2 - well) + T::of(0.5) * alpha;
+    let part = excess / (well * well + w2 * w2);
+    (sub(at, times(part * well, at)), sub(w, times(part * w2, w)))
+}
+
 /// Squared length of `a x b`.
 pub(super) fn cross2<T: Real>(a: Triple<T>, b: Triple<T>) -> T {
     let h = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -305,9 +319,11 @@ mod tests {
     fn single_precision_flies_as_the_oracle_does() {
         let mu = 1e4f64;
         for population in 0..3 {
-            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) = (Vec::new(), 0, 0, Vec::new(), 0);
+            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) =
+                (Vec::new(), 0, 0, Vec::new(), 0);
             for i in 0..40_000u32 {
-                let [u, v, w, s] = crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
+                let [u, v, w, s] =
+                    crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
                 let [a, b, c, _] = crate::random::units(crate::random::bits(5, 10 + population, i, 0));
                 let way = crate::random::direction_of([a, b]).as_dvec3();
                 let place = crate::random::direction_of([v as f32, w as f32]).as_dvec3();
@@ -322,7 +338,11 @@ mod tests {
                         (at, way * s * (2.0 * mu / at.length()).sqrt(), 1.0 / 60.0)
                     }
                 };
-                let orbit = Orbit { mu_m3ps2: mu, at_m: at.as_vec3().as_dvec3(), velocity_mps: velocity.as_vec3().as_dvec3() };
+                let orbit = Orbit {
+                    mu_m3ps2: mu,
+                    at_m: at.as_vec3().as_dvec3(),
+                    velocity_mps: velocity.as_vec3().as_dvec3(),
+                };
                 let at = at.as_vec3().to_array();
                 let w = velocity.as_vec3().to_array().map(|v| v * (1.0 / 100.0));
                 let flight = Flight::new(at, w);

@@ -197,6 +197,10 @@ impl Stateless {
     pub fn places(&self, now: u32, first: u32, count: u32) -> Result<Vec<([f32; 3], bool)>> {
         self.gpu.once(|rec| self.record(rec, now, first, count))?;
         let places: Vec<[f32; 4]> = self.gpu.download(&self.places)?;
-        Ok(places.into_iter().take(count as usize).map(|[x, y, z, there]| ([x, y, z], there == 1.0)).collect())
+        Ok(places
+            .into_iter()
+            .take(count as usize)
+            .map(|[x, y, z, there]| ([x, y, z], there == 1.0))
+            .collect())
     }
 }

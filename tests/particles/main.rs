@@ -5,3 +5,4 @@
 mod black_hole;
 #[path = "../common/mod.rs"]
 mod common;
+mod kepler;

@@ -152,7 +152,8 @@ fn reason_to_skip(error: Error) -> Result<String> {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
         | Error::Gpu(error)
-            if does_not_fit(&error) => {
+            if does_not_fit(&error) =>
+        {
             Ok(error.to_string())
         }
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
