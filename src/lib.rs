@@ -5,6 +5,7 @@
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
+//! - [`prims`]: scan, compaction, counting sort.
 //! - [`particles`]: pools of particles with a law.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
@@ -15,6 +16,7 @@ pub mod clock;
 pub mod draw;
 pub mod gpu;
 pub mod particles;
+pub mod prims;
 pub mod random;
 #[cfg(feature = "tools")]
 pub mod run;

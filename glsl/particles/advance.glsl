@@ -13,6 +13,8 @@
 #extension GL_EXT_control_flow_attributes : require
 
 layout(local_size_x_id = 0) in;
+layout(constant_id = 2) const uint items = 4u;  // slots an invocation
+layout(constant_id = 5) const uint group = 256u;  // invocations of a workgroup: constant 0 once more
 layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in shared memory
 
 #define POOL_ACCESS
@@ -26,7 +28,6 @@ layout(set = 0, binding = 4, std430) readonly buffer Births { EmitterState birth
 // Stable, ring: how many live in each tile, and (stable) in the tiles before it. In place: a queue of free slots.
 layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 
-const uint group = gl_WorkGroupSize.x;
 const uint tile = group * items;
 const uint marks = (tile + 31u) / 32u;
 
@@ -37,10 +38,8 @@ shared uint base;                // where the first goes
 shared uint staged[2u * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
 
-bool are_numbers(vec3 v) {
-    uvec3 exponent = floatBitsToUint(v) & 0x7f800000u;
-    return all(notEqual(exponent, uvec3(0x7f800000u)));
-}
+// Below 2^127: neither infinite nor no number, and nowhere near NOWHERE_M.
+bool are_numbers(vec3 v) { return all(lessThan(floatBitsToUint(v) & 0x7fffffffu, uvec3(0x7f000000u))); }
 
 Particle born_at(uint j, out float left_s) {
     uint e = 0u;
@@ -99,6 +98,7 @@ void main() {
         dt_s[k] = p.dt_s;
         if (v < sources) {
             lives[k] = is_alive(it[k].born, start, p.life_ticks);
+            if (compaction == COMPACT_IN_PLACE) lives[k] = lives[k] && it[k].at_m.x != NOWHERE_M;
         } else {
             lives[k] = v < all;
             if (v < all) {
@@ -132,7 +132,7 @@ void main() {
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         stays[k] = lives[k];
         if (!lives[k]) {
-            if (compaction >= COMPACT_IN_PLACE) it[k].born = p.now - p.life_ticks;  // it stays old on a clock that wraps
+            if (compaction == COMPACT_RING) it[k].born = p.now - p.life_ticks;  // it stays old on a clock that wraps
             continue;
         }
         bool goes_on = advance(it[k], dt_s[k]);
@@ -156,6 +156,7 @@ void main() {
             if (compaction == COMPACT_IN_PLACE) {
                 uint q = atomicAdd(pool.free_count, 1u);
                 places[(pool.free_first + q) % (2u * p.capacity)] = slot[k];
+                it[k].at_m = vec3(NOWHERE_M);
             }
         }
     }
@@ -180,7 +181,8 @@ void main() {
     }
     if (is_ranked && gathers) {
         uint many = written, ahead = to & 31u;  // writing starts where a line of 32 words does
-        [[unroll]] for (uint w = 0u; w < words_of_layout(); ++w) {
+        [[unroll]] for (uint w = 0u; w < 7u; ++w) {
+            if (!has_word(w)) break;
             uint from = (w & 1u) * tile;
             [[unroll]] for (uint k = 0u; k < items; ++k) {
                 if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
@@ -198,7 +200,8 @@ void main() {
                 is_written = rank[k] < tile;
                 place = to + rank[k];
             }
-            if (compaction >= COMPACT_IN_PLACE) is_written = t * tile + k * group + lane < all;
+            if (compaction == COMPACT_IN_PLACE) is_written = lives[k];  // a free slot is written by who is born there
+            if (compaction == COMPACT_RING) is_written = t * tile + k * group + lane < all;
             if (compaction == COMPACT_ATOMIC && stays[k]) place = atomicAdd(pool.appended, 1u);
 #ifdef SUBGROUPS
             if (compaction == COMPACT_SUBGROUP) {
@@ -209,7 +212,9 @@ void main() {
             }
 #endif
             if (is_written) {
-                for (uint w = 0u; w < words_of_layout(); ++w) new_particles[place_of(w, place)] = word_of(it[k], w);
+                [[unroll]] for (uint w = 0u; w < 7u; ++w) {
+                    if (has_word(w)) new_particles[place_of(w, place)] = word_of(it[k], w);
+                }
             }
         }
     }

@@ -6,7 +6,7 @@ const uint LAYOUT_RECORDS = 2u;  // 7 words side by side, as the book has them
 
 layout(constant_id = 3) const uint records = LAYOUT_PLANES;
 
-uint words_of_layout() { return records == LAYOUT_PACKED ? 5u : 7u; }
+bool has_word(uint w) { return w < 5u || records != LAYOUT_PACKED; }
 
 // Where word w of the particle in slot i is.
 uint place_of(uint w, uint i) { return records == LAYOUT_RECORDS ? 7u * i + w : w * p.stride + i; }

@@ -23,4 +23,7 @@ struct Particle {
 #define LAW_CONSTANT 6
 #endif
 
+// Where nobody is: of a slot that is free. Laws keep particles within half of it.
+const float NOWHERE_M = 3.0e38;
+
 #endif

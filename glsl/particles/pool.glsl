@@ -30,7 +30,7 @@ bool particle_at(uint i, out Particle particle) {
     uint slot = pool.first + i;
     if (slot >= pool.capacity) slot -= pool.capacity;
     particle = load_particle(slot);
-    return is_alive(particle.born, pool.now, pool.life_ticks);
+    return is_alive(particle.born, pool.now, pool.life_ticks) && particle.at_m.x != NOWHERE_M;
 }
 
 #endif

@@ -17,7 +17,7 @@ layout(set = 0, binding = 2, std430) buffer Births { EmitterState births[]; };
 // Stable, ring: how many live in each tile, then (stable) how many live in the tiles before it.
 layout(set = 0, binding = 3, std430) buffer Places { uint places[]; };
 
-layout(constant_id = 3) const uint tile = 1024u;  // slots that a workgroup of the advance takes
+layout(constant_id = 2) const uint tile = 1024u;  // slots that a workgroup of the advance takes
 
 const uint SPAN = 16u;  // tiles that an invocation adds up at a time
 
@@ -80,7 +80,7 @@ uint draw(uint e) {
 }
 
 void main() {
-    uint lane = gl_LocalInvocationIndex, lanes = gl_WorkGroupSize.x;
+    uint lane = gl_LocalInvocationIndex, lanes = 256u;
     uint all;
     uint mine = lane < p.emitters ? draw(lane) : 0u;
     uint before = group_exclusive(mine, all);

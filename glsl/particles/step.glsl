@@ -48,5 +48,4 @@ const uint COMPACT_ATOMIC = 3u;    // one atomic a particle, as the book
 const uint COMPACT_IN_PLACE = 4u;  // nobody moves; births fill free slots
 const uint COMPACT_RING = 5u;      // nobody moves; births go to the end, and the beginning is freed
 
-layout(constant_id = 1) const uint items = 4u;  // particles an invocation
-layout(constant_id = 2) const uint compaction = COMPACT_STABLE;
+layout(constant_id = 1) const uint compaction = COMPACT_STABLE;

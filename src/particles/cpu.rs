@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Twin of the pool, in plain loops: `glsl/particles/{prepare.comp,advance.glsl,birth.glsl,drag.glsl}`.
 
-use super::{Drag, EmitterState, EmitterWords, Particle, Step};
+use super::{Drag, EmitterState, EmitterWords, Particle, PoolInfo, Step};
 use crate::random;
 use glam::{vec3, DVec3, Vec3};
 
 /// A law in f32 or f64: moves a particle, says whether it goes on.
 pub type Law<'a> = &'a dyn Fn(&mut Particle, f32) -> bool;
+
+/// 2^127: numbers of a particle stay below.
+const MOST: f32 = 1.701_411_8e38;
 
 /// Counts, as the GPU has them but whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,6 +48,20 @@ pub struct Pool {
 }
 
 impl Pool {
+    /// An empty pool.
+    pub fn new(info: &PoolInfo<'_>) -> Self {
+        Self {
+            slots: Vec::new(),
+            emitters: info.emitters.iter().zip(0..).map(|(it, stream)| it.words(stream)).collect(),
+            births: info.emitters.iter().map(|it| it.state(info.start)).collect(),
+            tally: Tally::default(),
+            capacity: info.capacity,
+            life_ticks: info.life_ticks(),
+            seed: info.seed,
+            now: info.start,
+        }
+    }
+
     /// One step. `law` moves.
     pub fn step(&mut self, step: &Step, law: Law<'_>) {
         let births = self.prepare(step);
@@ -79,7 +96,7 @@ impl Pool {
         }
         for (it, dt_s) in &mut moved {
             let goes_on = law(it, *dt_s);
-            let is_sound = it.at_m.is_finite() && it.velocity_mps.is_finite();
+            let is_sound = [it.at_m, it.velocity_mps].into_iter().all(|v| v.abs().max_element() < MOST);
             let is_young = is_alive(it, now);
             if !is_sound {
                 (it.at_m, it.velocity_mps) = (Vec3::ZERO, Vec3::ZERO);
@@ -137,8 +154,7 @@ pub fn birth(
     let from = u64::from(state.from_high) << 32 | u64::from(state.from_low);
     let time = from.wrapping_add(u64::from(local / emitter.batch).wrapping_mul(period));
     let (tick, fraction) = ((time >> 32) as u32, time as u32);
-    let left_s =
-        (now.wrapping_sub(tick) as f32 - (fraction >> 8) as f32 * (1.0 / 16_777_216.0)) * (1.0 / 65536.0);
+    let left_s = (now.wrapping_sub(tick) as f32 - (fraction >> 8) as f32 * (1.0 / 16_777_216.0)) * (1.0 / 65536.0);
     let way = way(emitter, seed, state.from_serial.wrapping_add(local));
     let velocity_mps = emitter.velocity_mps + way * emitter.speed_mps;
     let at_m = emitter.at_m - emitter.velocity_mps * left_s;
@@ -148,7 +164,7 @@ pub fn birth(
 /// Twin of `way_of`: unit vector of the particle `serial`.
 pub fn way(emitter: &EmitterWords, seed: u32, serial: u32) -> Vec3 {
     if emitter.corners == 1 {
-        let side = |bit: u32| if serial & bit == 0 { -1.0 } else { 1.0 } * 0.577_350_27;
+        let side = |bit: u32| if serial & bit == 0 { -0.577_350_27 } else { 0.577_350_27 };
         let units = random::units(random::bits(seed, emitter.stream, serial >> 3, 1));
         return turned(vec3(side(1), side(2), side(4)), units);
     }
@@ -186,10 +202,7 @@ pub fn drag_exactly(law: &Drag, at_m: DVec3, velocity_mps: DVec3, t_s: f64) -> (
     }
     let terminal = pull / drag;
     let s = -(-drag * t_s).exp_m1() / drag;
-    (
-        at_m + terminal * t_s + (velocity_mps - terminal) * s,
-        terminal + (velocity_mps - terminal) * (1.0 - drag * s),
-    )
+    (at_m + terminal * t_s + (velocity_mps - terminal) * s, terminal + (velocity_mps - terminal) * (1.0 - drag * s))
 }
 
 /// Twin of `faded`: `(1 - exp(-x)) / x` and `(x - 1 + exp(-x)) / x^2`.
@@ -199,14 +212,12 @@ fn faded(x: f32) -> [f32; 2] {
             + x * (-1.0 / 2.0
                 + x * (1.0 / 6.0
                     + x * (-1.0 / 24.0
-                        + x * (1.0 / 120.0
-                            + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
+                        + x * (1.0 / 120.0 + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
         let second = 1.0 / 2.0
             + x * (-1.0 / 6.0
                 + x * (1.0 / 24.0
                     + x * (-1.0 / 120.0
-                        + x * (1.0 / 720.0
-                            + x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362_880.0)))))));
+                        + x * (1.0 / 720.0 + x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362_880.0)))))));
         return [first, second];
     }
     let first = (1.0 - (-x).exp()) / x;

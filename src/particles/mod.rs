@@ -125,7 +125,7 @@ pub struct Law<'a> {
     pub spv: &'a [u8],
     /// The same with SUBGROUPS defined, for [`Compaction::Subgroup`].
     pub subgroups: Option<&'a [u8]>,
-    /// Specialization constants of the law, from `constant_id` 5 on.
+    /// Specialization constants of the law, from `constant_id` 6 on.
     pub constants: &'a [u32],
 }
 

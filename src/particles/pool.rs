@@ -91,7 +91,11 @@ pub struct Options {
 impl Options {
     /// Deterministic, in planes.
     pub fn for_device(gpu: &Gpu) -> Self {
-        Self { compaction: Compaction::Stable, layout: Layout::Planes, tuning: Tuning::for_device(gpu) }
+        Self {
+            compaction: Compaction::Stable,
+            layout: Layout::Planes,
+            tuning: Tuning::for_device(gpu),
+        }
     }
 }
 
@@ -122,6 +126,13 @@ pub struct PoolInfo<'a> {
     pub law: &'a [u8],
 }
 
+impl PoolInfo<'_> {
+    /// Life of every particle.
+    pub fn life_ticks(&self) -> u32 {
+        (self.life_s * f64::from(TICKS_PER_S)).round() as u32
+    }
+}
+
 impl Particles {
     /// What the pool must be visible to before [`Pool::record`].
     pub const ENTRY: Access = Access::ComputeReadWrite;
@@ -141,11 +152,16 @@ impl Particles {
             name: c"particles.prepare",
             spv: shaders::PARTICLES_PREPARE_COMP,
             blocks: &["Pool", "Emitters", "Births", "Places"],
-            constants: &[256, tuning.items, compaction as u32, tuning.tile()],
+            constants: &[256, compaction as u32, tuning.tile()],
         };
         let is_by_subgroup = compaction == Compaction::Subgroup;
+        if is_by_subgroup && (law.subgroups.is_none() || !gpu.adapter().has("subgroup ballot")) {
+            let what = format!("compaction by subgroups, and {} or the law has none", gpu.name());
+            return Err(gpu::Error::Interface { kernel: law.name.to_string_lossy().into_owned(), what });
+        }
         let spv = if is_by_subgroup { law.subgroups.unwrap_or(law.spv) } else { law.spv };
-        let own = [tuning.group, tuning.items, compaction as u32, layout as u32, u32::from(tuning.gathers)];
+        let own =
+            [tuning.group, compaction as u32, tuning.items, layout as u32, u32::from(tuning.gathers), tuning.group];
         let advance = KernelInfo {
             name: law.name,
             spv,
@@ -204,7 +220,8 @@ impl Particles {
             ..PoolState::default()
         };
         let state = gpu.upload("particles.pool", &[state])?;
-        let tiles = u64::from(info.capacity.div_ceil(tile));
+        // A step reads as many slots as there are at the most, and as many births again where all of them have ended.
+        let tiles = (2 * u64::from(info.capacity)).div_ceil(u64::from(tile));
         let words = if compaction == Compaction::InPlace { 2 * u64::from(info.capacity) } else { 2 * tiles };
         let places = buffer("particles.places", 4 * words)?;
         gpu.once(|rec| {
@@ -268,8 +285,7 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
     // Indices of words and vertices stay below 2^32, in whole lines of 32.
     let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32;
     if !(1..=most).contains(&u64::from(info.capacity)) {
-        let allowed =
-            format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
+        let allowed = format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
         return Err(invalid("capacity", info.capacity.to_string(), allowed));
     }
     let tile = options.tuning.tile();
@@ -297,13 +313,9 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
         return Err(invalid("rate_per_s", all.to_string(), allowed));
     }
     if info.law.is_empty() || !info.law.len().is_multiple_of(4) {
-        return Err(invalid(
-            "law",
-            format!("{} bytes", info.law.len()),
-            "words of 4 bytes, one at least".into(),
-        ));
+        return Err(invalid("law", format!("{} bytes", info.law.len()), "words of 4 bytes, one at least".into()));
     }
-    Ok((info.life_s * f64::from(TICKS_PER_S)).round() as u32)
+    Ok(info.life_ticks())
 }
 
 /// One pool of particles.
@@ -413,8 +425,7 @@ impl Pool {
     /// # Errors
     /// [`Error::Invalid`] if they do not fit, or one is no number or no longer lives.
     pub fn upload(&mut self, particles: &[Particle]) -> Result<(), Error> {
-        let invalid =
-            |value: String, allowed: String| Error::Invalid(Invalid { key: "particles", value, allowed });
+        let invalid = |value: String, allowed: String| Error::Invalid(Invalid { key: "particles", value, allowed });
         let params = self.params;
         if particles.len() > params.capacity as usize {
             let allowed = format!("at most {}", params.capacity);
@@ -536,19 +547,16 @@ pub fn pack(particles: &[Particle], layout: Layout, stride: u32) -> Vec<u32> {
     let stride = stride as usize;
     let mut words = vec![0; layout.words() as usize * stride];
     for (i, it) in particles.iter().enumerate() {
-        let [vx, vy, vz] = it.velocity_mps.to_array();
-        let mut own = it.at_m.to_array().map(f32::to_bits).to_vec();
-        match layout {
-            Layout::Packed => own.extend([
-                u32::from(half(vx)) | u32::from(half(vy)) << 16,
-                u32::from(half(vz)) | (it.born >> 10) << 16,
-            ]),
-            Layout::Planes | Layout::Records => {
-                own.extend([vx.to_bits(), vy.to_bits(), vz.to_bits(), it.born]);
-            }
-        }
-        for (w, word) in own.into_iter().enumerate() {
-            words[if layout == Layout::Records { 7 * i + w } else { w * stride + i }] = word;
+        let ([x, y, z], [vx, vy, vz]) = (it.at_m.to_array(), it.velocity_mps.to_array());
+        let [x, y, z] = [x, y, z].map(f32::to_bits);
+        let (own, count) = if layout == Layout::Packed {
+            let (one, other) = (u32::from(half(vx)) | u32::from(half(vy)) << 16, u32::from(half(vz)));
+            ([x, y, z, one, other | (it.born >> 10) << 16, 0, 0], 5)
+        } else {
+            ([x, y, z, vx.to_bits(), vy.to_bits(), vz.to_bits(), it.born], 7)
+        };
+        for (w, word) in own[..count].iter().enumerate() {
+            words[if layout == Layout::Records { 7 * i + w } else { w * stride + i }] = *word;
         }
     }
     words

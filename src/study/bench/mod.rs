@@ -3,6 +3,8 @@
 //! than its twin is not timed.
 
 pub mod black_hole;
+pub mod particles;
+pub mod prims;
 pub mod water;
 
 use super::{
@@ -53,7 +55,7 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, black_hole::SUITE];
+const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, black_hole::SUITE, prims::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -152,12 +154,12 @@ fn reason_to_skip(error: Error) -> Result<String> {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
         | Error::Gpu(error)
-            if does_not_fit(&error) =>
+            if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
             Ok(error.to_string())
         }
-        Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         error => Err(error),
     }
 }
