@@ -234,7 +234,7 @@ bool advance_kepler(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     precise vec3 new_at = at + to_at;
     precise vec3 new_v = v + root * to_w;
     if (moves()) new_at = new_at + dt_s * law[0].velocity_mps;
-    if (is_narrow(flight.alpha, new_d)) {
+    if (is_narrow(flight.alpha, new_d, to_at)) {
         hold_energy(flight.alpha, new_d, new_w);
         new_at = centre_of(0u, tick, 0.0) + new_d;
         new_v = root * new_w;

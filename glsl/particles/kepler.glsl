@@ -170,10 +170,13 @@ void fly(Flight f, float q, vec3 at, vec3 w, out vec3 to_at, out vec3 to_w) {
     to_w = more_w;
 }
 
-// Whether a place is so deep that energies there are far above that of the orbit: what rounds them spoils it.
-bool is_narrow(float alpha, vec3 at) {
-    precise float r2 = dot3(at, at) * (16.0 * alpha * alpha);
-    return r2 < 1.0;
+// Whether a flight by `to_at` to a place `at` rounds the energy by more than a step usually does: the flight is long for
+// where it ends, or ends so deep that energies are far above that of the orbit.
+bool is_narrow(float alpha, vec3 at, vec3 to_at) {
+    float r2 = dot3(at, at);
+    precise float deep = r2 * (16.0 * alpha * alpha);
+    precise float far = 4.0 * dot3(to_at, to_at);
+    return deep < 1.0 || r2 < far;
 }
 
 // Takes away what rounding has added to the energy: both place and speed are scaled, along its gradient, so that little

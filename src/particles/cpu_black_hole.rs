@@ -205,7 +205,7 @@ impl<T: Real> Law<T> {
         if self.is_moving {
             *at = add(*at, times(dt_s, speed));
         }
-        if is_narrow(flight.alpha, new_d) {
+        if is_narrow(flight.alpha, new_d, to_at) {
             let (held_d, held_w) = hold_energy(flight.alpha, new_d, new_w);
             *at = add(self.centre(hole, step.tick, T::of(0.0)), held_d);
             *v = times(root, held_w);

@@ -72,7 +72,7 @@ pub const CASES: &[Case] = &[
     Case {
         id: "B6",
         title: "hyperbolas keep their energy at steps of half a second",
-        variants: &["logh/x1", "logh/x8"],
+        variants: &["logh/x1", "logh/x8", "kepler"],
         unit: "of the energy",
         limit: 1e-4,
         run: hyperbolas,
