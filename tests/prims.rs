@@ -112,7 +112,10 @@ fn a_sort_is_its_twin() {
             gpu.once(|rec| bound.record(rec, size, true)).unwrap();
             let (firsts, order) = cpu::sort_by_key(keys, bins);
             assert!(gpu.download::<u32>(bound.firsts()).unwrap() == firsts, "{size} in {bins}");
-            assert!(gpu.download::<u32>(bound.order()).unwrap()[..size as usize] == order, "{size} in {bins}");
+            assert!(
+                gpu.download::<u32>(bound.order()).unwrap()[..size as usize] == order,
+                "{size} in {bins}"
+            );
         }
     }
 }

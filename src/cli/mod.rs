@@ -146,6 +146,7 @@ impl From<study::Error> for Failure {
     fn from(error: study::Error) -> Self {
         match error {
             study::Error::Water(error) => error.into(),
+            study::Error::Run(error) => error.into(),
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::File(error) => error.into(),

@@ -154,7 +154,8 @@ pub fn birth(
     let from = u64::from(state.from_high) << 32 | u64::from(state.from_low);
     let time = from.wrapping_add(u64::from(local / emitter.batch).wrapping_mul(period));
     let (tick, fraction) = ((time >> 32) as u32, time as u32);
-    let left_s = (now.wrapping_sub(tick) as f32 - (fraction >> 8) as f32 * (1.0 / 16_777_216.0)) * (1.0 / 65536.0);
+    let left_s =
+        (now.wrapping_sub(tick) as f32 - (fraction >> 8) as f32 * (1.0 / 16_777_216.0)) * (1.0 / 65536.0);
     let way = way(emitter, seed, state.from_serial.wrapping_add(local));
     let velocity_mps = emitter.velocity_mps + way * emitter.speed_mps;
     let at_m = emitter.at_m - emitter.velocity_mps * left_s;
@@ -202,7 +203,10 @@ pub fn drag_exactly(law: &Drag, at_m: DVec3, velocity_mps: DVec3, t_s: f64) -> (
     }
     let terminal = pull / drag;
     let s = -(-drag * t_s).exp_m1() / drag;
-    (at_m + terminal * t_s + (velocity_mps - terminal) * s, terminal + (velocity_mps - terminal) * (1.0 - drag * s))
+    (
+        at_m + terminal * t_s + (velocity_mps - terminal) * s,
+        terminal + (velocity_mps - terminal) * (1.0 - drag * s),
+    )
 }
 
 /// Twin of `faded`: `(1 - exp(-x)) / x` and `(x - 1 + exp(-x)) / x^2`.
@@ -212,12 +216,14 @@ fn faded(x: f32) -> [f32; 2] {
             + x * (-1.0 / 2.0
                 + x * (1.0 / 6.0
                     + x * (-1.0 / 24.0
-                        + x * (1.0 / 120.0 + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
+                        + x * (1.0 / 120.0
+                            + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
         let second = 1.0 / 2.0
             + x * (-1.0 / 6.0
                 + x * (1.0 / 24.0
                     + x * (-1.0 / 120.0
-                        + x * (1.0 / 720.0 + x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362_880.0)))))));
+                        + x * (1.0 / 720.0
+                            + x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362_880.0)))))));
         return [first, second];
     }
     let first = (1.0 - (-x).exp()) / x;

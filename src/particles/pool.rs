@@ -91,11 +91,7 @@ pub struct Options {
 impl Options {
     /// Deterministic, in planes.
     pub fn for_device(gpu: &Gpu) -> Self {
-        Self {
-            compaction: Compaction::Stable,
-            layout: Layout::Planes,
-            tuning: Tuning::for_device(gpu),
-        }
+        Self { compaction: Compaction::Stable, layout: Layout::Planes, tuning: Tuning::for_device(gpu) }
     }
 }
 
@@ -160,8 +156,14 @@ impl Particles {
             return Err(gpu::Error::Interface { kernel: law.name.to_string_lossy().into_owned(), what });
         }
         let spv = if is_by_subgroup { law.subgroups.unwrap_or(law.spv) } else { law.spv };
-        let own =
-            [tuning.group, compaction as u32, tuning.items, layout as u32, u32::from(tuning.gathers), tuning.group];
+        let own = [
+            tuning.group,
+            compaction as u32,
+            tuning.items,
+            layout as u32,
+            u32::from(tuning.gathers),
+            tuning.group,
+        ];
         let advance = KernelInfo {
             name: law.name,
             spv,
@@ -285,7 +287,8 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
     // Indices of words and vertices stay below 2^32, in whole lines of 32.
     let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32;
     if !(1..=most).contains(&u64::from(info.capacity)) {
-        let allowed = format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
+        let allowed =
+            format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
         return Err(invalid("capacity", info.capacity.to_string(), allowed));
     }
     let tile = options.tuning.tile();
@@ -313,7 +316,11 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
         return Err(invalid("rate_per_s", all.to_string(), allowed));
     }
     if info.law.is_empty() || !info.law.len().is_multiple_of(4) {
-        return Err(invalid("law", format!("{} bytes", info.law.len()), "words of 4 bytes, one at least".into()));
+        return Err(invalid(
+            "law",
+            format!("{} bytes", info.law.len()),
+            "words of 4 bytes, one at least".into(),
+        ));
     }
     Ok(info.life_ticks())
 }
@@ -425,7 +432,8 @@ impl Pool {
     /// # Errors
     /// [`Error::Invalid`] if they do not fit, or one is no number or no longer lives.
     pub fn upload(&mut self, particles: &[Particle]) -> Result<(), Error> {
-        let invalid = |value: String, allowed: String| Error::Invalid(Invalid { key: "particles", value, allowed });
+        let invalid =
+            |value: String, allowed: String| Error::Invalid(Invalid { key: "particles", value, allowed });
         let params = self.params;
         if particles.len() > params.capacity as usize {
             let allowed = format!("at most {}", params.capacity);

@@ -43,7 +43,12 @@ impl Scan {
     /// # Panics
     /// If `scanned` is smaller than `values`.
     pub fn bind(&self, values: &Buffer, scanned: &Buffer) -> Result<ScanBound> {
-        assert!(scanned.bytes() >= values.bytes(), "`{}` is smaller than `{}`", scanned.name(), values.name());
+        assert!(
+            scanned.bytes() >= values.bytes(),
+            "`{}` is smaller than `{}`",
+            scanned.name(),
+            values.name()
+        );
         let sums = sums_of(&self.gpu, "prims.sums", values)?;
         let (from, to, between) = (values.into(), scanned.into(), (&sums).into());
         Ok(ScanBound {

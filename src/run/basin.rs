@@ -85,13 +85,15 @@ impl Basin {
                     }
                     (Model::Pipes, _) => {
                         let tuning = PipesTuning::for_grid(gpu, cells);
-                        let state = Pipes::new(gpu, tuning, model.diagonal != 0.0, *has_land)?.state(cells)?;
+                        let state =
+                            Pipes::new(gpu, tuning, model.diagonal != 0.0, *has_land)?.state(cells)?;
                         state.upload(gpu, height_m)?;
                         let params = model.params(state.pitch());
                         Self::Pipes(state, params, *model)
                     }
                     (_, 4) => {
-                        let state = Fourth::new(gpu, Tuning::for_grid(gpu, cells), *has_land)?.state(cells)?;
+                        let state =
+                            Fourth::new(gpu, Tuning::for_grid(gpu, cells), *has_land)?.state(cells)?;
                         state.upload(gpu, height_m, &at_rest)?;
                         let params = model.fourth_order_params(state.pitch());
                         Self::Fourth(state, params, *model)
@@ -288,7 +290,10 @@ impl Basin {
                 at_rest_m3: area * depth_m * wet.clone().count() as f64,
                 gain_m3: area * oracle::volume(height),
                 energy,
-                between_m: [wet.clone().fold(f32::MAX, |m, &h| m.min(h)), wet.fold(f32::MIN, |m, &h| m.max(h))],
+                between_m: [
+                    wet.clone().fold(f32::MAX, |m, &h| m.min(h)),
+                    wet.fold(f32::MIN, |m, &h| m.max(h)),
+                ],
                 depths: None,
             }
         };

@@ -147,7 +147,11 @@ pub fn percent_expected(share: f64) -> String {
 pub fn percent(share: f64) -> String {
     let digits = (1 - (100.0 * share).abs().max(1e-12).log10().floor() as i32).clamp(0, 8) as usize;
     let text = format!("{:.digits$}", 100.0 * share);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text
+    }
 }
 
 /// The variants of a scene that says no more of them than `wishes`, in the order of the rungs.
@@ -166,7 +170,12 @@ fn candidates(wishes: &Wishes) -> Vec<Variant> {
 ///
 /// # Errors
 /// Every key that does not go with the model asked for, or why no model will do.
-pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: f64) -> Result<(), Vec<Refusal>> {
+pub(super) fn choose(
+    water: &mut WaterScene,
+    wishes: &Wishes,
+    span_s: f64,
+    fps: f64,
+) -> Result<(), Vec<Refusal>> {
     let asked = wishes.model;
     let variants = candidates(wishes);
     let order = wishes.order.unwrap_or(2);
@@ -200,7 +209,8 @@ pub(super) fn choose(water: &mut WaterScene, wishes: &Wishes, span_s: f64, fps: 
     };
     let able: Vec<usize> = (0..verdicts.len()).filter(|&i| able(&verdicts[i])).collect();
     let Some(&first) = able.first() else {
-        let lacks = |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{:?} for {lacks}", v.variant.model.name()));
+        let lacks =
+            |v: &Verdict| v.lacks.as_ref().map(|lacks| format!("{:?} for {lacks}", v.variant.model.name()));
         let mut lacks: Vec<_> = verdicts.iter().skip(1).filter_map(lacks).collect();
         lacks.dedup();
         let why = format!("is left to be chosen, and none will do: not {}", lacks.join("; "));
@@ -253,11 +263,26 @@ fn lacks(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack> {
     let pushes = water.drops.iter().any(|drop| drop.push_m3ps != 0.0);
     let rain = water.rain.as_ref();
     needs(pushes, "drop", &[Waves], "no velocity of the surface to push");
-    needs(rain.is_some_and(|rain| rain.push_m3ps != 0.0), "rain", &[Waves], "no velocity of the surface to push");
-    needs(rain.is_some_and(|rain| rain.mm_per_h != 0.0), "rain", &[Wet, Shallow], "no land for mm_per_h to fall on");
+    needs(
+        rain.is_some_and(|rain| rain.push_m3ps != 0.0),
+        "rain",
+        &[Waves],
+        "no velocity of the surface to push",
+    );
+    needs(
+        rain.is_some_and(|rain| rain.mm_per_h != 0.0),
+        "rain",
+        &[Wet, Shallow],
+        "no land for mm_per_h to fall on",
+    );
     needs(water.borders.any_absorbs(), "borders", &[Waves], "no velocity of the surface to damp");
     needs(!water.barriers.is_empty(), "wall", &[Waves, Pipes, Wet, Shallow], "the whole grid as its basin");
-    needs(!water.bodies.is_empty(), "body", &[Book, Waves, Pipes], "no level that stays, for bodies to float at");
+    needs(
+        !water.bodies.is_empty(),
+        "body",
+        &[Book, Waves, Pipes],
+        "no level that stays, for bodies to float at",
+    );
     needs(wishes.foam == Some(true), "foam", &[Pipes, Wet, Shallow], "no flows to show");
     needs(wishes.diagonal.is_some(), "diagonal", &[Book, Waves, Pipes], "no diagonal pipes");
     needs(wishes.walls == Some(Walls::Folded), "walls", &[Waves, Pipes], "no diagonal pipes to fold");
@@ -293,7 +318,11 @@ fn features(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack>
     wrong(wishes.has_terrain && !has_ground, "terrain", "the bottom is not even, and shores move");
     wrong(!water.sources.is_empty() && !has_ground, "source", "levels rise, and a drain may fall dry");
     let is_rough = variant.model != Model::Shallow && breaks(water);
-    wrong(water.tolerance.is_none() && is_rough, "start", "it breaks into a bore, which only advection carries");
+    wrong(
+        water.tolerance.is_none() && is_rough,
+        "start",
+        "it breaks into a bore, which only advection carries",
+    );
     list
 }
 
@@ -425,7 +454,11 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
         let s = if variant.order == 4 { s * (1.0 + (1.0 - courant * courant) * s / 12.0) } else { s };
         let turn = 2.0 * (0.5 * courant * s.max(0.0).sqrt()).min(1.0).asin();
         let late = steps * (turn - courant * k).abs();
-        if late > PI { 2.0 } else { 4.0 * (0.5 * late).sin().powi(2) }
+        if late > PI {
+            2.0
+        } else {
+            4.0 * (0.5 * late).sin().powi(2)
+        }
     };
     const ANGLES: usize = 8;
     let round = |k: f64| {
@@ -435,7 +468,8 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
     /// Sums by wave numbers of one spectrum.
     fn mean(to: f64, weight: impl Fn(f64) -> f64, power: impl Fn(f64) -> f64) -> f64 {
         let points = (0..96).map(|i| to * (f64::from(i) + 0.5) / 96.0);
-        let (sum, all) = points.fold((0.0, 0.0), |(sum, all), k| (sum + weight(k) * power(k), all + weight(k)));
+        let (sum, all) =
+            points.fold((0.0, 0.0), |(sum, all), k| (sum + weight(k) * power(k), all + weight(k)));
         sum / all
     }
     match *spectrum {
@@ -466,7 +500,11 @@ fn cost_ns(water: &WaterScene, variant: &Variant, wishes: &Wishes, fps: f64, ste
     let has_land = wishes.has_terrain || !water.barriers.is_empty();
     let steps = (1.0 / (fps * step_s)).max(1.0);
     let fused = |per_ns: f64, one: f64| {
-        if water.acts_each_step() { 1.0 / one } else { (1.0 / per_ns).max(1.0 / (one * steps)) }
+        if water.acts_each_step() {
+            1.0 / one
+        } else {
+            (1.0 / per_ns).max(1.0 / (one * steps))
+        }
     };
     match (variant.model, variant.order, has_land) {
         (Model::Book, ..) => 1.0 / 50.0,

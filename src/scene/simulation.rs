@@ -188,7 +188,11 @@ impl WaterScene {
             }
             Start::Sombrero { height_m, at_m, radius_m } => each(&|at| {
                 let x = PI * at.distance(at_m.into()) / radius_m;
-                if x == 0.0 { height_m } else { height_m * x.sin() / x }
+                if x == 0.0 {
+                    height_m
+                } else {
+                    height_m * x.sin() / x
+                }
             }),
             Start::Mode { height_m, waves } => {
                 let mode = water::oracle::mode(cells, waves.into());

@@ -237,7 +237,8 @@ fn drop(mut table: Table<'_>) -> Drop {
 fn rain(mut table: Table<'_>) -> Rain {
     let rate = Within(0.0, 1e6);
     let mm_per_h = table.maybe("mm_per_h", rate);
-    let is_even = mm_per_h.is_some() && !["drops_per_s", "radius_m", "volume_m3", "push_m3ps"].map(|key| table.has(key)).contains(&true);
+    let is_even = mm_per_h.is_some()
+        && !["drops_per_s", "radius_m", "volume_m3", "push_m3ps"].map(|key| table.has(key)).contains(&true);
     let mm_per_h = mm_per_h.unwrap_or(0.0);
     let rain = if is_even {
         Rain { mm_per_h, drops_per_s: 0.0, radius_m: 0.0, volume_m3: 0.0, push_m3ps: 0.0 }

@@ -135,7 +135,8 @@ impl SurfaceDraw {
             let terrain = stage.terrain().expect("a stage with terrain");
             used.extend([("Terrain", terrain.height()), ("Light", terrain.light())]);
         }
-        let blocks: Vec<&str> = used.iter().chain(&[("Height", stage.views())]).chain(&first).map(|(name, _)| *name).collect();
+        let blocks: Vec<&str> =
+            used.iter().chain(&[("Height", stage.views())]).chain(&first).map(|(name, _)| *name).collect();
         let info = RasterInfo {
             name: c"water.surface",
             vertex: shaded,
@@ -161,7 +162,8 @@ impl SurfaceDraw {
         let raster = Raster::new::<SurfaceParams>(gpu, &info)?;
         let bind = |surface: &Surface<'_>, more: &[(&'static str, &Buffer)]| -> Result<_> {
             let height = [("Height", surface.height_m)];
-            let all: Vec<_> = used.iter().chain(&height).chain(more).map(|&(name, of)| (name, of.into())).collect();
+            let all: Vec<_> =
+                used.iter().chain(&height).chain(more).map(|&(name, of)| (name, of.into())).collect();
             Ok((surface.height_m.clone(), raster.bind(&all)?))
         };
         let surfaces = drawn.surfaces();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `waves`, several steps a dispatch. Reads `glsl/water/fused.comp`.
+//! `waves`, several steps a dispatch. Reads `glsl/water/fused_pass.glsl`.
 
 use super::{
     planes::{in_blocks, Planes, Rates},
@@ -56,7 +56,7 @@ impl FusedTuning {
 
     /// Shared memory of a workgroup (bytes).
     pub fn shared_bytes(&self) -> u32 {
-        self.group.element_product() * self.buffers * (8 * self.rows + 32)
+        self.group.element_product() * self.buffers * (8 * self.rows + 32) + 4
     }
 
     /// Invocations that step `cells`.
@@ -90,7 +90,7 @@ impl FusedTuning {
     }
 }
 
-/// Push constants of `glsl/water/fused.comp`.
+/// Push constants of `glsl/water/fused_pass.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct FusedParams {
@@ -141,6 +141,7 @@ impl Fused {
             names: ["water.velocity_mps.0", "water.velocity_mps.1"],
             blocks: &["Velocity", "NewVelocity"],
             planes: 1,
+            bytes: 4,
         };
         let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
         Ok(FusedState { planes, tuning: self.tuning, walls: self.walls })

@@ -38,7 +38,7 @@ impl PipesTuning {
     }
 
     /// Invocations that step `cells`.
-    fn threads(&self, cells: UVec2) -> UVec2 {
+    pub(super) fn threads(&self, cells: UVec2) -> UVec2 {
         match self {
             Self::OneStep(tuning) => UVec2::new(cells.x.div_ceil(4), cells.y.div_ceil(tuning.rows)),
             Self::Fused(tuning) => tuning.threads(cells),
@@ -103,6 +103,7 @@ impl Pipes {
             names: ["water.flow_mps.0", "water.flow_mps.1"],
             blocks: &["Flow", "NewFlow"],
             planes: if self.has_diagonals { 4 } else { 2 },
+            bytes: 4,
         };
         let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
         Ok(PipesState { planes, tuning: self.tuning, has_diagonals: self.has_diagonals })

@@ -20,21 +20,23 @@ pub struct Planes {
     has_land: bool,
 }
 
-/// What a kernel wants beside `Height` and `NewHeight`.
+/// What a kernel wants beside `Height` and `NewHeight`, and in which size.
 pub(super) struct Rates {
     /// Names of the buffers, of which the second is not made if the kernel has one block for both.
     pub names: [&'static str; 2],
     /// Names of the blocks that are read and written, or of the one that is both.
     pub blocks: &'static [&'static str],
-    /// `f32` a column.
+    /// Numbers a column.
     pub planes: u64,
+    /// Of a number: 4, or 2 for halves.
+    pub bytes: u64,
 }
 
 impl Planes {
     /// For `step`, whose blocks are `Height`, the first of `rates`, `NewHeight`, and the second if there is one.
     pub(super) fn new(gpu: &Gpu, step: &Kernel, cells: UVec2, rates: &Rates, has_land: bool) -> Result<Self> {
         let pitch = cells.x.next_multiple_of(4);
-        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
+        let bytes = rates.bytes * u64::from(pitch) * u64::from(cells.y);
         let buffer = |name: &str, planes: u64| Buffer::new(gpu, name, planes * bytes, Residence::Device);
         let heights = [buffer("water.height_m.0", 1)?, buffer("water.height_m.1", 1)?];
         let [name, new_name] = rates.names;
@@ -83,6 +85,11 @@ impl Planes {
     pub fn bytes(&self) -> u64 {
         let rates = &self.rates[..if self.rates[0].is(&self.rates[1]) { 1 } else { 2 }];
         self.heights.iter().chain(rates).map(Buffer::bytes).sum()
+    }
+
+    /// Which of the two surfaces is that after the steps recorded so far.
+    pub(super) fn current(&self) -> usize {
+        self.current
     }
 
     /// Planes of rates after the steps recorded so far.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `waves`: two floats a column, one step a dispatch. Reads `glsl/water/waves.comp`.
+//! `waves`: two floats a column, one step a dispatch. Reads `glsl/water/waves_pass.glsl`.
 
 use super::{
     planes::{Planes, Rates},
@@ -88,7 +88,7 @@ pub struct WavesState {
 impl WavesState {
     /// For `step`, whose blocks are `Height`, `Velocity` and `NewHeight`.
     pub(super) fn of(step: &Kernel, gpu: &Gpu, cells: UVec2, rows: u32, has_land: bool) -> Result<Self> {
-        let rates = Rates { names: ["water.velocity_mps", ""], blocks: &["Velocity"], planes: 1 };
+        let rates = Rates { names: ["water.velocity_mps", ""], blocks: &["Velocity"], planes: 1, bytes: 4 };
         Ok(Self { planes: Planes::new(gpu, step, cells, &rates, has_land)?, rows })
     }
 

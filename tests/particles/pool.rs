@@ -5,8 +5,8 @@ use crate::common::{gpu, TestGpu};
 use glam::{vec3, Vec3};
 use whitecap::{
     particles::{
-        cpu, Compaction, Drag, Emitter, Layout, Options, Particle, Particles, Pool, PoolInfo, Snapshot, Step, Thrown,
-        Tuning, TICKS_PER_S,
+        cpu, Compaction, Drag, Emitter, Layout, Options, Particle, Particles, Pool, PoolInfo, Snapshot, Step,
+        Thrown, Tuning, TICKS_PER_S,
     },
     random,
 };
@@ -86,7 +86,9 @@ fn tally(pool: &Pool) -> cpu::Tally {
 #[test]
 fn a_stable_pool_is_its_twin_slot_by_slot() {
     let gpu = gpu();
-    for (group, items, gathers) in [(64, 4, true), (64, 4, false), (32, 1, true), (128, 2, true), (256, 4, true)] {
+    for (group, items, gathers) in
+        [(64, 4, true), (64, 4, false), (32, 1, true), (128, 2, true), (256, 4, true)]
+    {
         let emitters = emitters();
         let info = info(&emitters, 2500, 0.3);
         let tuning = Tuning { group, items, gathers };
@@ -205,7 +207,8 @@ fn births_do_not_depend_on_the_steps() {
     let run_at = |tick_of: &dyn Fn(u32) -> u32| {
         let info = PoolInfo { law: bytemuck::bytes_of(&still), ..info(&emitters, 1000, 10.0) };
         let mut pool = pool(&gpu, options(Compaction::Stable), &info);
-        let ticks: Vec<u32> = (0..).map(tick_of).take_while(|&tick| tick < TICKS_PER_S).chain([TICKS_PER_S]).collect();
+        let ticks: Vec<u32> =
+            (0..).map(tick_of).take_while(|&tick| tick < TICKS_PER_S).chain([TICKS_PER_S]).collect();
         run(&gpu, &mut pool, ticks.windows(2).map(|it| Step::between(it[0], it[1])));
         pool.living().unwrap()
     };
@@ -235,7 +238,13 @@ fn births_spread_within_their_step() {
     let gpu = gpu();
     let still = Drag { pull_mps2: Vec3::ZERO, drag_per_s: 0.0 };
     // Thrown by a moving emitter against its motion, they would stay where they are born: 1000 a second at 10 m/s.
-    let emitters = [Emitter { speed_mps: 10.0, velocity_mps: Vec3::ZERO, rate_per_s: 1000.0, at_m: Vec3::ZERO, ..emitters()[0] }];
+    let emitters = [Emitter {
+        speed_mps: 10.0,
+        velocity_mps: Vec3::ZERO,
+        rate_per_s: 1000.0,
+        at_m: Vec3::ZERO,
+        ..emitters()[0]
+    }];
     let info = PoolInfo { law: bytemuck::bytes_of(&still), ..info(&emitters, 1000, 10.0) };
     let mut pool = pool(&gpu, options(Compaction::Stable), &info);
     run(&gpu, &mut pool, std::iter::once(Step::between(0, TICKS_PER_S / 20 + 1))); // 50 ms: 50 births
@@ -299,10 +308,13 @@ fn lives_end_on_their_tick() {
                 };
                 emitters.iter().map(of).sum()
             };
-            let by_now: u64 = emitters.iter().map(|it| match it.period() {
-                0 => 0,
-                period => u64::from(it.batch()) * ((ticks << 32) / period),
-            }).sum();
+            let by_now: u64 = emitters
+                .iter()
+                .map(|it| match it.period() {
+                    0 => 0,
+                    period => u64::from(it.batch()) * ((ticks << 32) / period),
+                })
+                .sum();
             let gone = if ticks >= life { thrown_by(ticks - life) } else { 0 };
             let counts = pool.counts().unwrap();
             assert_eq!((counts.born, counts.aged), (by_now, gone), "{life_s} s, tick {ticks}");
@@ -335,7 +347,8 @@ fn what_is_no_number_is_counted_and_never_stored() {
     let huge = Drag { pull_mps2: vec3(0.0, f32::MAX, 0.0), drag_per_s: 0.0 };
     let info = PoolInfo { law: bytemuck::bytes_of(&huge), ..info(&emitters, 2500, 10.0) };
     let mut pool = pool(&gpu, options(Compaction::Stable), &info);
-    let particle = |i: u32| Particle { at_m: Vec3::splat(i as f32), velocity_mps: vec3(0.0, 3e38, 0.0), born: 0 };
+    let particle =
+        |i: u32| Particle { at_m: Vec3::splat(i as f32), velocity_mps: vec3(0.0, 3e38, 0.0), born: 0 };
     pool.upload(&(0..100).map(particle).collect::<Vec<_>>()).unwrap();
     run(&gpu, &mut pool, (0..3).map(|i| Step::between(i * 60000, (i + 1) * 60000)));
     let counts = pool.counts().unwrap();
@@ -354,7 +367,11 @@ fn a_pool_uploaded_goes_on_as_its_twin() {
         let (mut pool, mut twin) = (pool(&gpu, options(Compaction::Stable), &info), twin(&info));
         let particle = |i: u32| {
             let [a, b, c, d] = random::units(random::bits(3, 1, i, 0));
-            Particle { at_m: vec3(a, b, c), velocity_mps: vec3(b, c, d), born: 0u32.wrapping_sub((d * 19000.0) as u32) }
+            Particle {
+                at_m: vec3(a, b, c),
+                velocity_mps: vec3(b, c, d),
+                born: 0u32.wrapping_sub((d * 19000.0) as u32),
+            }
         };
         let start: Vec<Particle> = (0..count).map(particle).collect();
         pool.upload(&start).unwrap();
@@ -375,7 +392,8 @@ fn the_twin_of_drag_is_exact() {
         for dt_s in [1e-4, 1.0 / 60.0, 0.2, 1.0] {
             let mut it = Particle { at_m: start.0, velocity_mps: start.1, born: 0 };
             cpu::drag(&law, &mut it, dt_s);
-            let (at, velocity) = cpu::drag_exactly(&law, start.0.as_dvec3(), start.1.as_dvec3(), f64::from(dt_s));
+            let (at, velocity) =
+                cpu::drag_exactly(&law, start.0.as_dvec3(), start.1.as_dvec3(), f64::from(dt_s));
             // Some roundings of numbers of up to 20.
             assert!((it.at_m.as_dvec3() - at).length() < 5e-6, "{law:?} {dt_s}: {} {at}", it.at_m);
             assert!((it.velocity_mps.as_dvec3() - velocity).length() < 5e-6, "{law:?} {dt_s}");
@@ -391,7 +409,9 @@ fn what_does_not_fit_is_refused_with_the_limit() {
     let emitters = emitters();
     let message = |info: PoolInfo<'_>| particles.pool(&info).map(drop).unwrap_err().to_string();
     let fair = info(&emitters, 1000, 1.0);
-    assert!(message(PoolInfo { capacity: 0, ..fair }).contains(&format!("capacity = 0: allowed is 1 to {most}")));
+    assert!(
+        message(PoolInfo { capacity: 0, ..fair }).contains(&format!("capacity = 0: allowed is 1 to {most}"))
+    );
     assert!(message(PoolInfo { capacity: most + 1, ..fair }).contains(&format!("1 to {most}")));
     assert!(message(PoolInfo { life_s: 0.0, ..fair }).contains("life_s = 0"));
     assert!(message(PoolInfo { life_s: f64::NAN, ..fair }).contains("life_s = NaN"));

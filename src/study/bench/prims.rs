@@ -43,7 +43,9 @@ fn time(gpu: &Gpu, variant: &str, size: u32, effort: Effort) -> Result<Timing> {
         let scan = Scan::new(gpu, sums)?.bind(&from, &to)?;
         gpu.once(|rec| scan.record(rec, size))?;
         let (want, total) = cpu::exclusive_scan(&values);
-        if gpu.download::<u32>(scan.sums())?[ScanBound::total_at(size)] != total || gpu.download::<u32>(&to)? != want {
+        if gpu.download::<u32>(scan.sums())?[ScanBound::total_at(size)] != total
+            || gpu.download::<u32>(&to)? != want
+        {
             return Err(wrong(variant));
         }
         return runs::time(gpu, effort, |rec| {
