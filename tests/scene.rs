@@ -49,7 +49,7 @@ fn a_scene_needs_little_and_the_rest_has_defaults() {
     assert_eq!((scene.title.as_str(), scene.seed), ("", 1));
     assert_eq!((scene.output.size, scene.output.fps, scene.output.frames), ([960, 540], 30.0, 120));
     assert_eq!(scene.output.view, View::Shaded);
-    assert_eq!(scene.sun, Sun { azimuth_deg: 135.0, elevation_deg: 32.0 });
+    assert_eq!(scene.sun, Sun { azimuth_deg: 135.0, elevation_deg: 32.0, brightness: 1.0 });
     assert!(scene.camera.is_none() && scene.terrain.is_none() && scene.base_dir.is_none());
     let [lake] = scene.water.as_slice() else { panic!("{} waters", scene.water.len()) };
     assert_eq!((lake.cells, lake.size_m, lake.level_m, lake.depth_m), ([64, 32], [16.0, 8.0], 0.0, 2.0));
@@ -119,7 +119,7 @@ fn every_key_is_read() {
     let camera =
         Camera { eye_m: [1.0, 2.0, 3.0], target_m: [4.0, 5.0, 6.5], fov_deg: 50.0, orbit_deg_per_s: -3.0 };
     assert_eq!(scene.camera(), camera);
-    assert_eq!(scene.sun, Sun { azimuth_deg: -10.0, elevation_deg: 90.0 });
+    assert_eq!(scene.sun, Sun { azimuth_deg: -10.0, elevation_deg: 90.0, brightness: 1.0 });
     assert_eq!(scene.terrain.as_ref().unwrap().height_m, Some([3.0, -1.0]));
     let water = &scene.water[0];
     assert_eq!((water.size_m, water.level_m, water.gravity_mps2), ([10.0, 20.0], -1.0, 1.6));
@@ -318,7 +318,7 @@ fn what_is_not_toml_is_pointed_at() {
 
 #[test]
 fn an_empty_scene_has_nothing_to_see() {
-    let nothing = "lake.toml: nothing to see: a scene has [terrain] or [[water]] or both";
+    let nothing = "lake.toml: nothing to see: a scene has [terrain], [[water]] or [[emitter]]";
     assert_eq!(error(""), nothing);
     assert_eq!(error("title = 'x'"), nothing);
 }
@@ -464,7 +464,7 @@ fn the_default_camera_sees_the_whole_scene_and_orbits_keep_the_distance() {
     assert!(quarter.distance(glam::vec3(10.0, 5.0, 0.0)) < 1e-5, "{quarter}");
     let late = glam::Vec3::from(scene.camera().eye_at(4e6 + 1.0));
     assert!(late.distance(quarter) < 1e-5, "{late}");
-    let sun = glam::Vec3::from(Sun { azimuth_deg: 90.0, elevation_deg: 30.0 }.direction());
+    let sun = glam::Vec3::from(Sun { azimuth_deg: 90.0, elevation_deg: 30.0, brightness: 1.0 }.direction());
     assert!(sun.distance(glam::vec3(0.75_f32.sqrt(), 0.5, 0.0)) < 1e-6, "{sun}");
 }
 
@@ -640,11 +640,25 @@ fn heights_between_samples_are_linear_and_constant_outside() {
 fn the_built_in_scenes_load_with_their_terrains() {
     assert_eq!(
         builtin::list().map(|(name, _)| name).collect::<Vec<_>>(),
-        ["fjord", "pond", "sombrero", "ripple_tank", "harbour", "dam_break", "puddles"]
+        [
+            "fjord",
+            "pond",
+            "sombrero",
+            "ripple_tank",
+            "harbour",
+            "dam_break",
+            "puddles",
+            "black_hole",
+            "binary_hole",
+            "campfire",
+            "rain",
+            "fireworks"
+        ]
     );
     for (name, title) in builtin::list() {
         let scene = builtin::load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
-        assert!(!title.is_empty() && !scene.title.is_empty() && !scene.water.is_empty());
+        assert!(!title.is_empty() && !scene.title.is_empty());
+        assert!(!scene.water.is_empty() || !scene.emitters.is_empty(), "{name}");
         let heights = scene.terrain_heights().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(heights.is_some(), scene.terrain.is_some());
         let Some(map) = heights else { continue };
@@ -655,14 +669,16 @@ fn the_built_in_scenes_load_with_their_terrains() {
             column == 0 || row == 0 || column == columns - 1 || row == rows - 1
         });
         let lowest = border.map(|i| map.height_m[i]).fold(f32::MAX, f32::min);
-        assert!(lowest > scene.water[0].level_m + 0.5, "{name} runs out at the border, {lowest} m");
+        let Some(water) = scene.water.first() else { continue };
+        assert!(lowest > water.level_m + 0.5, "{name} runs out at the border, {lowest} m");
     }
     let smaller = builtin::load("fjord", &["water.lake.cells=[64, 64]".parse().unwrap()]).unwrap();
     assert_eq!(smaller.water[0].cells, [64, 64]);
     let error = builtin::load("fiord", &[]).unwrap_err().to_string();
     assert_eq!(
         error,
-        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles"
+        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles, \
+         black_hole, binary_hole, campfire, rain, fireworks"
     );
 }
 
