@@ -175,7 +175,7 @@ fn scenes() -> Vec<Scene> {
         tiny("binary_hole", &["emitter.0.rate_per_s=100", "emitter.1.rate_per_s=100"]),
         tiny("campfire", &[]),
         tiny("rain", &["emitter.0.rate_per_s=100", "water.0.cells=[64, 64]"]),
-        tiny("fireworks", &["water.0.cells=[64, 64]", "emitter.0.burst=100"]),
+        tiny("fireworks", &["water.0.cells=[64, 64]", "emitter.0.burst=100", "output.fps=1", "output.frames=4"]),
     ]
 }
 
