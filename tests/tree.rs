@@ -9,7 +9,7 @@ use whitecap::{gpu::reflect::reflect, shaders};
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
     &["draw"],
-    &["water", "ballistic"],
+    &["water", "ballistic", "disks"],
     &["scene"],
     &["run"],
     &["study"],

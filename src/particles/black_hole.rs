@@ -28,15 +28,8 @@ pub enum Integrator {
 
 impl Integrator {
     /// Every one.
-    pub const ALL: [Self; 7] = [
-        Self::Euler,
-        Self::HalfKick,
-        Self::Leapfrog,
-        Self::ForestRuth,
-        Self::Rk4,
-        Self::LogH,
-        Self::Kepler,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Euler, Self::HalfKick, Self::Leapfrog, Self::ForestRuth, Self::Rk4, Self::LogH, Self::Kepler];
 
     /// As scenes and results name it.
     pub fn name(self) -> &'static str {
@@ -158,7 +151,12 @@ impl BlackHole {
         for hole in &self.holes {
             let (mu, horizon) = (hole.mu_m3ps2, hole.horizon_m);
             hold(mu > 0.0 && mu.is_finite(), "mu_m3ps2", mu.to_string(), "above 0 and finite")?;
-            hold(horizon >= 0.0 && horizon.is_finite(), "horizon_m", horizon.to_string(), "0 or more, finite")?;
+            hold(
+                horizon >= 0.0 && horizon.is_finite(),
+                "horizon_m",
+                horizon.to_string(),
+                "0 or more, finite",
+            )?;
             let places = [hole.at_m, hole.velocity_mps, hole.swing_u_m, hole.swing_w_m];
             for x in places.as_flattened() {
                 hold(x.is_finite(), "place of a hole", x.to_string(), "finite")?;
@@ -213,12 +211,17 @@ mod tests {
         let said = |law: BlackHole| law.check().unwrap_err().to_string();
         let hole = book(Integrator::Rk4).holes[0];
         let of = |integrator, holes: &[Hole]| BlackHole { holes: holes.to_vec(), ..book(integrator) };
-        assert_eq!(said(BlackHole { substeps: 0, ..book(Integrator::Rk4) }), "substeps = 0: allowed is 1 to 1024");
+        assert_eq!(
+            said(BlackHole { substeps: 0, ..book(Integrator::Rk4) }),
+            "substeps = 0: allowed is 1 to 1024"
+        );
         assert_eq!(said(of(Integrator::Rk4, &[])), "holes = 0: allowed is 1 to 64");
-        assert!(said(of(Integrator::Kepler, &[hole, hole])).starts_with("integrator = kepler: allowed is kepler for one"));
+        assert!(said(of(Integrator::Kepler, &[hole, hole]))
+            .starts_with("integrator = kepler: allowed is kepler for one"));
         let swinging = hole.swinging([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], 4.0);
         assert!(said(of(Integrator::Kepler, &[swinging])).starts_with("integrator = kepler"));
-        assert!(said(of(Integrator::LogH, &[swinging])).starts_with("integrator = logh: allowed is logh for holes at rest"));
+        assert!(said(of(Integrator::LogH, &[swinging]))
+            .starts_with("integrator = logh: allowed is logh for holes at rest"));
         assert_eq!(of(Integrator::Kepler, &[hole.moving([1.0, 0.0, 0.0])]).check(), Ok(()));
         let bad = Hole { mu_m3ps2: f32::NAN, ..hole };
         assert_eq!(said(of(Integrator::Rk4, &[bad])), "mu_m3ps2 = NaN: allowed is above 0 and finite");

@@ -139,7 +139,8 @@ impl Need {
                 way: Way::Stateless,
                 predicted,
                 is_met: predicted <= tolerance,
-                reason: "one hole at rest and a constant fountain: from birth in closed form, nothing stored".into(),
+                reason: "one hole at rest and a constant fountain: from birth in closed form, nothing stored"
+                    .into(),
             };
         }
         let mut candidates = Vec::new();

@@ -29,7 +29,7 @@ pub trait Real:
     /// Natural logarithm, too large by up to 0.06: the exponent, and a straight line within it.
     fn about_log(self) -> Self {
         let bits = (self.wide() as f32).to_bits() >> 8;
-        Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * 0.693_147_2))
+        Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * std::f32::consts::LN_2))
     }
     /// Largest whole number that is not above it.
     fn floor(self) -> Self {
@@ -140,7 +140,6 @@ pub fn universal<T: Real>(alpha: T, x: T) -> [T; 4] {
     [u0, u1, u2, u3]
 }
 
-
 /// A flight from the hole's point of view, in units in which `mu` is 1: time times `sqrt(mu)`, speed over it.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<T> {
@@ -183,7 +182,8 @@ impl<T: Real> Flight<T> {
             // Soon the flight only grows with the exponential of the anomaly: no farther than its logarithm.
             let k = (-alpha).root();
             let mean = q * k * k * k;
-            let most = (c(1.0) + c(2.0) * (mean + (sigma * k).most(c(0.0)) + c(2.0)) / (beta + sigma * k)).about_log();
+            let most = (c(1.0) + c(2.0) * (mean + (sigma * k).most(c(0.0)) + c(2.0)) / (beta + sigma * k))
+                .about_log();
             high = c(1.1) * most / k;
         }
         let mut low = c(0.0);
@@ -305,9 +305,11 @@ mod tests {
     fn single_precision_flies_as_the_oracle_does() {
         let mu = 1e4f64;
         for population in 0..3 {
-            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) = (Vec::new(), 0, 0, Vec::new(), 0);
+            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) =
+                (Vec::new(), 0, 0, Vec::new(), 0);
             for i in 0..40_000u32 {
-                let [u, v, w, s] = crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
+                let [u, v, w, s] =
+                    crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
                 let [a, b, c, _] = crate::random::units(crate::random::bits(5, 10 + population, i, 0));
                 let way = crate::random::direction_of([a, b]).as_dvec3();
                 let place = crate::random::direction_of([v as f32, w as f32]).as_dvec3();
@@ -322,7 +324,11 @@ mod tests {
                         (at, way * s * (2.0 * mu / at.length()).sqrt(), 1.0 / 60.0)
                     }
                 };
-                let orbit = Orbit { mu_m3ps2: mu, at_m: at.as_vec3().as_dvec3(), velocity_mps: velocity.as_vec3().as_dvec3() };
+                let orbit = Orbit {
+                    mu_m3ps2: mu,
+                    at_m: at.as_vec3().as_dvec3(),
+                    velocity_mps: velocity.as_vec3().as_dvec3(),
+                };
                 let at = at.as_vec3().to_array();
                 let w = velocity.as_vec3().to_array().map(|v| v * (1.0 / 100.0));
                 let flight = Flight::new(at, w);

@@ -63,7 +63,7 @@ impl Fountain {
 
     /// Tick at which number `n` is born.
     pub fn born(&self, n: u32) -> u32 {
-        let part = (u64::from(n) * u64::from(self.period_part) >> 32) as u32;
+        let part = ((u64::from(n) * u64::from(self.period_part)) >> 32) as u32;
         self.first_tick.wrapping_add(n.wrapping_mul(self.period_ticks)).wrapping_add(part)
     }
 
@@ -92,7 +92,7 @@ fn turns_of(per_tick: f32, ticks: u32) -> u32 {
     let scaled = per_tick * 4_294_967_296.0;
     let whole = scaled.floor();
     let part = (scaled - whole) * 4_294_967_296.0;
-    let high = (u64::from(part as u32) * u64::from(ticks) >> 32) as u32;
+    let high = ((u64::from(part as u32) * u64::from(ticks)) >> 32) as u32;
     (whole as u32).wrapping_mul(ticks).wrapping_add(high)
 }
 
@@ -197,6 +197,10 @@ impl Stateless {
     pub fn places(&self, now: u32, first: u32, count: u32) -> Result<Vec<([f32; 3], bool)>> {
         self.gpu.once(|rec| self.record(rec, now, first, count))?;
         let places: Vec<[f32; 4]> = self.gpu.download(&self.places)?;
-        Ok(places.into_iter().take(count as usize).map(|[x, y, z, there]| ([x, y, z], there == 1.0)).collect())
+        Ok(places
+            .into_iter()
+            .take(count as usize)
+            .map(|[x, y, z, there]| ([x, y, z], there == 1.0))
+            .collect())
     }
 }

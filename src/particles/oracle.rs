@@ -397,7 +397,11 @@ mod tests {
                     captured += 1;
                     assert!(orbit.periapsis() <= radius * (1.0 + 1e-12));
                     let there = orbit.after(t);
-                    assert!((there.at_m.length() - radius).abs() < 1e-9, "{orbit:?}: {}", there.at_m.length());
+                    assert!(
+                        (there.at_m.length() - radius).abs() < 1e-9,
+                        "{orbit:?}: {}",
+                        there.at_m.length()
+                    );
                     assert!(there.at_m.dot(there.velocity_mps) <= 0.0);
                     let before = |part: f64| orbit.after(part * t).at_m.length();
                     assert!((1..100).all(|i| before(0.01 * f64::from(i)) > radius), "{orbit:?}");

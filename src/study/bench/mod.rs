@@ -2,7 +2,9 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod ballistic;
 pub mod black_hole;
+pub mod disks;
 pub mod draw;
 pub mod particles;
 pub mod prims;
@@ -56,8 +58,15 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] =
-    &[water::SUITE, particles::SUITE, black_hole::SUITE, draw::SUITE, prims::SUITE];
+const SUITES: &[Suite] = &[
+    water::SUITE,
+    particles::SUITE,
+    black_hole::SUITE,
+    ballistic::SUITE,
+    draw::SUITE,
+    disks::SUITE,
+    prims::SUITE,
+];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -155,6 +164,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
     match error {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
+        | Error::Disks(crate::disks::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
@@ -162,6 +172,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         }
         Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),
     }
 }

@@ -183,7 +183,8 @@ fn grazing(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     bodies.extend(ellipses(5000, 1.001 * HORIZON_M, 60.0, false));
     let is_swallowed = |body: &Body<f32>| orbit(body).capture_s(HORIZON_M, 8.0).is_some();
     let ends = fates(context.gpu, variant, hole(), &bodies, (dt_ticks, steps))?;
-    let wrong = bodies.iter().zip(ends).filter(|(body, (_, end))| is_swallowed(body) != end.is_some()).count();
+    let wrong =
+        bodies.iter().zip(ends).filter(|(body, (_, end))| is_swallowed(body) != end.is_some()).count();
     let by_the_book = bodies
         .iter()
         .filter(|body| is_swallowed(body) != removed_by_the_book(body, dt_ticks, steps).is_some())
@@ -199,7 +200,8 @@ fn eccentric(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let period = std::f64::consts::TAU * (a.powi(3) / MU_M3PS2).sqrt();
     let (dt_ticks, steps) = ((period * 655.36) as u32, 1000);
     let seconds = f64::from(dt_ticks * steps) / 65536.0;
-    let off = |from: &Body<f32>, to: &Body<f32>| (wide(to.at_m) - orbit(from).after(seconds).at_m).length() / a;
+    let off =
+        |from: &Body<f32>, to: &Body<f32>| (wide(to.at_m) - orbit(from).after(seconds).at_m).length() / a;
     let ends = fates(context.gpu, variant, bare, &bodies, (dt_ticks, steps))?;
     let is_whole = ends.iter().all(|(_, end)| end.is_none());
     let worst = bodies.iter().zip(&ends).map(|(from, (to, _))| off(from, to)).fold(0.0, f64::max);
@@ -218,7 +220,8 @@ fn eccentric(context: &Context<'_>, variant: &str) -> Result<Outcome> {
 
 fn at_the_centre(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let still = Body { at_m: [0.0; 3], velocity_mps: [0.0; 3], born: 0 };
-    let places = [[0.0; 3], [1e-30, 0.0, 0.0], [0.0, -1e-7, 0.0], [f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0]];
+    let places =
+        [[0.0; 3], [1e-30, 0.0, 0.0], [0.0, -1e-7, 0.0], [f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0]];
     let mut bodies: Vec<_> = places.iter().map(|&at_m| Body { at_m, ..still }).collect();
     bodies.extend(places.iter().map(|&at_m| Body { at_m, velocity_mps: [3.0, -40.0, 0.5], born: 0 }));
     let mut bad = 0;
@@ -277,7 +280,8 @@ fn hyperbolas(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let lost = |(from, (to, _)): (&Body<f32>, &(Body<f32>, Option<f32>))| {
         (orbit(to).energy() / orbit(from).energy() - 1.0).abs()
     };
-    let worst = bodies.iter().zip(&ends).map(lost).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+    let worst =
+        bodies.iter().zip(&ends).map(lost).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
     Ok(Outcome::of(worst)
         .only_if(ends.iter().all(|(_, end)| end.is_none()))
         .seed(unbounded_logh(4.0))
@@ -302,7 +306,11 @@ fn long_run(context: &Context<'_>, variant: &str) -> Result<Vec<Vec<(f64, f64)>>
             let now = orbit(&body);
             let momentum = now.angular_momentum().length() / first.angular_momentum().length();
             let is_whole = end.is_none();
-            sample.push(if is_whole { (now.energy() / first.energy(), momentum) } else { (f64::NAN, f64::NAN) });
+            sample.push(if is_whole {
+                (now.energy() / first.energy(), momentum)
+            } else {
+                (f64::NAN, f64::NAN)
+            });
         }
         fates.carry_on()?;
     }
