@@ -30,23 +30,39 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
         let said = error(&format!("[[emitter]]\n{lines}\n"));
         assert!(said.contains(says), "{lines}: {said}");
     };
-    one("effect = 'fog'", "emitter.0.effect is 'fog'; allowed: fire, rain, smoke, sparks, snow, fireworks, or a .glsl file");
+    one(
+        "effect = 'fog'",
+        "emitter.0.effect is 'fog'; allowed: fire, rain, smoke, sparks, snow, fireworks, or a .glsl file",
+    );
     one("law = 'gravity'", "emitter.0.law is 'gravity'; allowed: black_hole, drag, or a .glsl file");
     one("name = 'x'", "emitter.0.effect is missing; allowed: fire, rain");
     one("effect = 'fire'\nlaw = 'drag'", "is given beside effect");
     one("effect = 'fire'\nlife_s = 0", "emitter.0.life_s is 0; allowed: 0.001 to 86400");
     one("effect = 'fire'\nspeed_mps = 1", "emitter.0.speed_mps is not a key; allowed here: ");
-    one("effect = 'fire'\ndraw = 'points'", "emitter.0.draw is 'points'; allowed: \"quads\" or \"geometry\" or \"splat\"");
+    one(
+        "effect = 'fire'\ndraw = 'points'",
+        "emitter.0.draw is 'points'; allowed: \"quads\" or \"geometry\" or \"splat\"",
+    );
     one("effect = 'fire'\ndraw = 'splat'\nsoft = 'yes'", "emitter.0.soft is for draw \"quads\"");
     one("effect = 'rain'", "ends on the ground: it needs [terrain] or [[water]]");
     one("law = 'drag'\nlife_s = 2", "emitter.0.rate_per_s is missing");
     one("law = 'black_hole'\nrate_per_s = 1\nlife_s = 1", "the scene has no [[attractor]]");
-    one("law = 'drag'\nrate_per_s = 1e8\nlife_s = 100", "particles at once; allowed: 268435456, or a capacity");
-    one("effect = 'fire'\n[[emitter]]\neffect = 'fire'", "emitter.1.name is \"fire\", as emitter.0 is called already");
+    one(
+        "law = 'drag'\nrate_per_s = 1e8\nlife_s = 100",
+        "particles at once; allowed: 268435456, or a capacity",
+    );
+    one(
+        "effect = 'fire'\n[[emitter]]\neffect = 'fire'",
+        "emitter.1.name is \"fire\", as emitter.0 is called already",
+    );
     let said = error(&format!("{EMITTER}tolerance = 0.1\nintegrator = 'rk4'\n{HOLE}"));
     assert!(said.contains("tolerance is given beside integrator"), "{said}");
     let said = error(&format!("{EMITTER}\n[[attractor]]\nat_m = [0, 0]\nmu_m3ps2 = -1\norbit_m = 3\n"));
-    for says in ["attractor.0.at_m is [0, 0]; allowed: three numbers", "attractor.0.mu_m3ps2 is -1", "period_s go together"] {
+    for says in [
+        "attractor.0.at_m is [0, 0]; allowed: three numbers",
+        "attractor.0.mu_m3ps2 is -1",
+        "period_s go together",
+    ] {
         assert!(said.contains(says), "{said}");
     }
 }
@@ -73,14 +89,20 @@ fn a_scene_pays_for_what_it_names() {
     let plan = |text: &str| Scene::parse(text, "a.toml", None, &[]).unwrap().plan().unwrap();
     let has = |text: &str, wanted: &str| {
         let plan = plan(text);
-        plan.buffers.iter().any(|it| it.name.contains(wanted)) || plan.passes.iter().any(|it| it.0.contains(wanted))
+        plan.buffers.iter().any(|it| it.name.contains(wanted))
+            || plan.passes.iter().any(|it| it.0.contains(wanted))
     };
     let water = "[[water]]\nmodel = 'waves'\ncells = [8, 8]\nsize_m = [8, 8]\ndepth_m = 1\n";
     for word in ["particles", "sprites", "scene_depth", "draw.splat", "texture"] {
         assert!(!has(water, word), "{word}");
     }
     let fire = "[[emitter]]\neffect = 'fire'\n";
-    assert!(has(fire, "sprites") && !has(fire, "particles.") && !has(fire, "scene_depth") && !has(fire, "terrain"));
+    assert!(
+        has(fire, "sprites")
+            && !has(fire, "particles.")
+            && !has(fire, "scene_depth")
+            && !has(fire, "terrain")
+    );
     let soft = format!("{fire}soft = 'yes'\n");
     assert!(has(&soft, "scene_depth") && !has(&soft, "draw.splats"));
     assert!(has(&format!("{fire}draw = 'splat'\n"), "draw.splats"));
@@ -96,7 +118,8 @@ fn folder(scene: &str, file: &str, glsl: &str) -> (TempDir, Scene) {
     (dir, scene)
 }
 
-const SPRING: &str = "layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { float stiff_per_s2; };
+const SPRING: &str =
+    "layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { float stiff_per_s2; };
 bool advance(inout Particle it, float dt_s) {
     it.velocity_mps -= dt_s * stiff_per_s2 * it.at_m;
     it.at_m += dt_s * it.velocity_mps;
@@ -111,22 +134,34 @@ life_s = 2
 Birth birth(Who who, vec3 emitter_m) { return Birth(emitter_m, vec3(0.0, 1.0, 0.0), 0.0); }
 Look look(Who who, inout Flight f) { return Look(vec2(0.1), 0.0, vec4(0.2, 0.1, 0.0, 0.0), false); }
 ";
-const GLOWING: &str = "[output]\nsize = [64, 48]\nframes = 4\n[[emitter]]\neffect = 'glow.glsl'\nat_m = [0, 0, 0]\n";
+const GLOWING: &str =
+    "[output]\nsize = [64, 48]\nframes = 4\n[[emitter]]\neffect = 'glow.glsl'\nat_m = [0, 0, 0]\n";
 
 #[test]
 fn an_error_in_a_users_glsl_shows_file_line_and_excerpt() {
     let (_dir, scene) = folder(SPRUNG, "spring.glsl", &SPRING.replace("stiff_per_s2 *", "stif *"));
     let said = scene.plan().unwrap_err().to_string();
-    for says in ["spring.glsl: does not compile", "spring.glsl:3: error: 'stif' : undeclared identifier", "    3 |     it.velocity_mps -= dt_s * stif * it.at_m;"] {
+    for says in [
+        "spring.glsl: does not compile",
+        "spring.glsl:3: error: 'stif' : undeclared identifier",
+        "    3 |     it.velocity_mps -= dt_s * stif * it.at_m;",
+    ] {
         assert!(said.contains(says), "{said}");
     }
     let (_dir, scene) = folder(GLOWING, "glow.glsl", &GLOW.replace("vec2(0.1), 0.0", "vec2(0.1)"));
     let said = scene.plan().unwrap_err().to_string();
-    assert!(said.contains("glow.glsl:6: error: 'constructor'") && said.contains("    6 | Look look("), "{said}");
+    assert!(
+        said.contains("glow.glsl:6: error: 'constructor'") && said.contains("    6 | Look look("),
+        "{said}"
+    );
     let (_dir, scene) = folder(GLOWING, "glow.glsl", &GLOW.replace("life_s = 2", "life_s = long"));
     let said = scene.plan().unwrap_err().to_string();
-    assert!(said.contains("glow.glsl: 3: `life_s` = long") && said.contains("    3 | life_s = long"), "{said}");
-    let said = Scene::parse(SPRUNG, "scene.toml", Some(Path::new("nowhere")), &[]).unwrap().plan().unwrap_err();
+    assert!(
+        said.contains("glow.glsl: 3: `life_s` = long") && said.contains("    3 | life_s = long"),
+        "{said}"
+    );
+    let said =
+        Scene::parse(SPRUNG, "scene.toml", Some(Path::new("nowhere")), &[]).unwrap().plan().unwrap_err();
     assert!(said.to_string().contains("spring.glsl"), "{said}");
 }
 
@@ -175,7 +210,10 @@ fn scenes() -> Vec<Scene> {
         tiny("binary_hole", &["emitter.0.rate_per_s=100", "emitter.1.rate_per_s=100"]),
         tiny("campfire", &[]),
         tiny("rain", &["emitter.0.rate_per_s=100", "water.0.cells=[64, 64]"]),
-        tiny("fireworks", &["water.0.cells=[64, 64]", "emitter.0.burst=100", "output.fps=1", "output.frames=4"]),
+        tiny(
+            "fireworks",
+            &["water.0.cells=[64, 64]", "emitter.0.burst=100", "output.fps=1", "output.frames=4"],
+        ),
     ]
 }
 
@@ -191,7 +229,11 @@ fn every_scene_of_particles_runs_twice_alike() {
             written.stats.waters.iter().map(|it| it.state_hash.clone()).collect()
         };
         assert_eq!(hashes(&first), hashes(&second), "{}", scene.title);
-        assert!(last_picture(&one, frames) == last_picture(&other, frames), "{}: pictures differ", scene.title);
+        assert!(
+            last_picture(&one, frames) == last_picture(&other, frames),
+            "{}: pictures differ",
+            scene.title
+        );
         for (stats, plan) in first.stats.emitters.iter().zip(scene.plan().unwrap().emitters) {
             assert!(stats.born > 0 && stats.alive > 0, "{}: {stats:?}", scene.title);
             assert_eq!(stats.born, stats.alive + stats.aged + stats.ended + stats.spoiled, "{stats:?}");
@@ -238,7 +280,8 @@ fn three_ways_to_draw_a_scene_show_the_same() {
         let pictures: Vec<_> = ways
             .iter()
             .map(|way| {
-                let scene = tiny(name, &[rate, &format!("emitter.0.draw={way}"), "output.frames=4", "output.fps=1"]);
+                let scene =
+                    tiny(name, &[rate, &format!("emitter.0.draw={way}"), "output.frames=4", "output.fps=1"]);
                 let (dir, _) = run_into(&gpu, &scene, |_| {});
                 let path = dir.path().join("frames/frame_00003.png");
                 run::picture::Picture::read_png(&path).unwrap().rgba
