@@ -63,7 +63,7 @@ impl Fountain {
 
     /// Tick at which number `n` is born.
     pub fn born(&self, n: u32) -> u32 {
-        let part = (u64::from(n) * u64::from(self.period_part) >> 32) as u32;
+        let part = ((u64::from(n) * u64::from(self.period_part)) >> 32) as u32;
         self.first_tick.wrapping_add(n.wrapping_mul(self.period_ticks)).wrapping_add(part)
     }
 
@@ -92,7 +92,7 @@ fn turns_of(per_tick: f32, ticks: u32) -> u32 {
     let scaled = per_tick * 4_294_967_296.0;
     let whole = scaled.floor();
     let part = (scaled - whole) * 4_294_967_296.0;
-    let high = (u64::from(part as u32) * u64::from(ticks) >> 32) as u32;
+    let high = ((u64::from(part as u32) * u64::from(ticks)) >> 32) as u32;
     (whole as u32).wrapping_mul(ticks).wrapping_add(high)
 }
 
