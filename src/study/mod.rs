@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod black_hole;
 pub mod depths;
+pub mod disks;
 pub mod hard;
 pub mod linear;
 pub mod nonlinear;
@@ -36,6 +37,9 @@ pub enum Error {
     /// A pool's.
     #[error(transparent)]
     Particles(#[from] particles::Error),
+    /// A box of disks'.
+    #[error(transparent)]
+    Disks(#[from] crate::disks::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -54,6 +58,14 @@ pub enum Error {
         wanted: String,
         /// What there is.
         have: Vec<String>,
+    },
+    /// A variant that this device does not take.
+    #[error("`{variant}`: the device has no {what}")]
+    Lacks {
+        /// The variant.
+        variant: String,
+        /// What it needs.
+        what: &'static str,
     },
     /// A variant computes something else than its twin: its speed would mean nothing.
     #[error("`{variant}` is {apart:e} from its twin, {allowed:e} allowed: not timed")]
@@ -97,7 +109,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, disks::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -120,6 +132,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(black_hole::NAME) {
         studies.extend(black_hole::study(gpu, quick, progress)?);
+    }
+    if is_wanted(disks::NAME) {
+        studies.extend(disks::study(gpu, quick, progress)?);
     }
     Ok(Study {
         device: gpu.name().into(),

@@ -355,6 +355,11 @@ impl DepthState {
         &self.rises[self.current]
     }
 
+    /// `f32` a column (m): the rise a step before, where a tier asks for it. With rise, flow and bed it is the whole state.
+    pub fn before(&self) -> Option<&Buffer> {
+        self.befores.as_ref().map(|befores| &befores[self.current])
+    }
+
     /// `f32` a column (m): see [`Columns::bed_m`], [`WALL_M`] for a wall.
     pub fn bed(&self) -> &Buffer {
         &self.bed

@@ -2,7 +2,9 @@
 //! Throughput of each kernel variant against the rate at which the device copies memory. What computes something else
 //! than its twin is not timed.
 
+pub mod ballistic;
 pub mod black_hole;
+pub mod disks;
 pub mod draw;
 pub mod particles;
 pub mod prims;
@@ -56,7 +58,15 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, particles::SUITE, black_hole::SUITE, draw::SUITE, prims::SUITE];
+const SUITES: &[Suite] = &[
+    water::SUITE,
+    particles::SUITE,
+    black_hole::SUITE,
+    ballistic::SUITE,
+    draw::SUITE,
+    disks::SUITE,
+    prims::SUITE,
+];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -87,7 +97,9 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         let have = rows().map(|(sim, variant)| format!("{sim}/{variant}")).collect();
         return Err(Error::NoSuch { what: "bench", wanted: wanted.clone(), have });
     }
-    let effort = Effort { budget_s: options.budget_s.unwrap_or(3.0), ..Effort::full(gpu) };
+    // Runs so short that the budget has room for some.
+    let (budget_s, full) = (options.budget_s.unwrap_or(3.0), Effort::full(gpu));
+    let effort = Effort { budget_s, run_ms: full.run_ms.min(200.0 * budget_s), ..full };
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for suite in SUITES {
         for variant in suite.variants.iter().filter(|variant| is_named(names, (suite.sim, variant))) {
@@ -154,6 +166,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
     match error {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
+        | Error::Disks(crate::disks::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
@@ -161,6 +174,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         }
         Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
+        error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),
     }
 }

@@ -2,8 +2,11 @@
 //! Hard cases: set-ups that the simple method gets wrong, each a number against a limit. A case is an entry of a table
 //! and a function of a few lines.
 
+pub mod ballistic;
 pub mod black_hole;
+pub mod disks;
 pub mod system;
+pub mod particles;
 pub mod water;
 
 use super::{
@@ -129,7 +132,9 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES, black_hole::CASES, system::CASES].into_iter().flatten()
+    [water::CASES, water::DEPTH_CASES, particles::CASES, black_hole::CASES, ballistic::CASES, disks::CASES, system::CASES]
+        .into_iter()
+        .flatten()
 }
 
 /// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it; if
