@@ -67,7 +67,7 @@ impl Tuning {
     pub fn for_device(gpu: &Gpu) -> Self {
         match gpu.adapter().is_software() {
             true => Self { group: 32, items: 16, gathers: false },
-            false => Self { group: 256, items: 4, gathers: true },
+            false => Self { group: 256, items: 2, gathers: true },
         }
     }
 
