@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Makes the terrains of the built-in scenes: `cargo run --release --example make_terrain` writes `scenes/fjord.png`
-//! and `scenes/pond.asc`, the same bits on every machine: integer hashes and f64 with nothing but + - * / and sqrt,
-//! which IEEE 754 defines exactly.
+//! Makes the terrains of the built-in scenes: `cargo run --release --example make_terrain` writes `fjord.png`, `pond.asc`,
+//! `town.png` and `yard.png` in `scenes`, the same bits on every machine: integer hashes and f64 with nothing but + - * /
+//! and sqrt, which IEEE 754 defines exactly.
 
 use std::{fmt::Write, fs::File, io::BufWriter, path::Path};
 
@@ -16,20 +16,84 @@ const POND_SIDE: usize = 129;
 /// Distance of the pond's samples (m).
 const POND_CELL_M: f64 = 0.25;
 
+/// Samples along x and z of the town's valley.
+pub const TOWN_SAMPLES: [usize; 2] = [320, 208];
+/// Distance of its samples (m).
+const TOWN_CELL_M: f64 = 0.3;
+/// Heights of its black and white (m).
+const TOWN_HEIGHT_M: [f64; 2] = [-2.0, 14.0];
+/// Samples along x and z of the yard.
+pub const YARD_SAMPLES: [usize; 2] = [240, 160];
+/// Distance of its samples (m).
+const YARD_CELL_M: f64 = 0.05;
+/// Heights of its black and white (m).
+const YARD_HEIGHT_M: [f64; 2] = [0.0, 1.0];
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let file = BufWriter::new(File::create(scenes.join("fjord.png"))?);
-    let mut encoder = png::Encoder::new(file, FJORD_SIDE as u32, FJORD_SIDE as u32);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    encoder.set_compression(png::Compression::High);
-    encoder.set_filter(png::Filter::Adaptive);
-    let bytes: Vec<u8> = fjord().into_iter().flat_map(u16::to_be_bytes).collect();
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
-    writer.finish()?;
+    let write =
+        |name: &str, [width, height]: [usize; 2], grey: Vec<u16>| -> Result<(), Box<dyn std::error::Error>> {
+            let file = BufWriter::new(File::create(scenes.join(name))?);
+            let mut encoder = png::Encoder::new(file, width as u32, height as u32);
+            encoder.set_color(png::ColorType::Grayscale);
+            encoder.set_depth(png::BitDepth::Sixteen);
+            encoder.set_compression(png::Compression::High);
+            encoder.set_filter(png::Filter::Adaptive);
+            let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_be_bytes).collect();
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&bytes)?;
+            Ok(writer.finish()?)
+        };
+    write("fjord.png", [FJORD_SIDE; 2], fjord())?;
+    write("town.png", TOWN_SAMPLES, town())?;
+    write("yard.png", YARD_SAMPLES, yard())?;
     std::fs::write(scenes.join("pond.asc"), pond())?;
     Ok(())
+}
+
+/// Grey values of a height that is given in the middle of every cell of a rectangle round the origin.
+fn grey(
+    samples: [usize; 2],
+    cell_m: f64,
+    [black, white]: [f64; 2],
+    height: impl Fn(f64, f64) -> f64,
+) -> Vec<u16> {
+    let at = |i: usize, n: usize| (i as f64 + 0.5 - n as f64 / 2.0) * cell_m;
+    let [width, depth] = samples;
+    let share = |i: usize| (height(at(i % width, width), at(i / width, depth)) - black) / (white - black);
+    // In steps of 1/4096, a few millimetres, so that the file stays small.
+    let step = |i: usize| (share(i).clamp(0.0, 1.0) * 4095.0 + 0.5) as u16;
+    (0..width * depth).map(|i| step(i) << 4 | step(i) >> 8).collect()
+}
+
+/// The valley of `dam_break`: a reservoir's floor in the west, a town that slopes to a small lake in the east, and hills
+/// all round.
+pub fn town() -> Vec<u16> {
+    grey(TOWN_SAMPLES, TOWN_CELL_M, TOWN_HEIGHT_M, |x, z| {
+        let wx = x + 3.0 * fbm(x / 17.0, z / 17.0, 4, 41);
+        let wz = z + 3.0 * fbm(x / 17.0, z / 17.0, 4, 42);
+        let floor = mix(mix(1.7, 2.1, smooth(-30.0, -18.0, x)), 1.1, smooth(-10.0, 32.0, x));
+        let lake = mix(floor, -1.4, smooth(1.0, 0.35, length((wx - 39.0) / 9.0, wz / 21.0)));
+        let streets = lake + 0.16 * fbm(x / 5.0, z / 5.0, 4, 43);
+        // The valley narrows to a gate where the dam is.
+        let half = mix(25.0, 17.0, smooth(9.0, 0.0, (x + 18.0).abs()));
+        let sides = smooth(0.0, 9.0, wz.abs() - half).max(smooth(0.0, 7.0, (wx - 0.5).abs() - 42.0));
+        let hills = 5.5 + 6.5 * ridged(x / 24.0, z / 24.0, 5, 44) + 0.5 * fbm(x / 4.0, z / 4.0, 3, 45);
+        mix(streets, streets.max(0.0) + hills, sides)
+    })
+}
+
+/// The yard of `puddles`: trodden ground with hollows and two ruts.
+pub fn yard() -> Vec<u16> {
+    grey(YARD_SAMPLES, YARD_CELL_M, YARD_HEIGHT_M, |x, z| {
+        let wx = x + 0.4 * fbm(x / 2.0, z / 2.0, 3, 51);
+        let wz = z + 0.4 * fbm(x / 2.0, z / 2.0, 3, 52);
+        let ground = 0.45 + 0.26 * fbm(wx / 3.1, wz / 3.1, 3, 53) + 0.03 * fbm(x / 0.5, z / 0.5, 4, 54);
+        let across = wz - 0.9 - 0.22 * wx;
+        let rut = |at: f64| 0.09 * smooth(0.3, 0.06, (across - at).abs());
+        let bank = 0.35 * smooth(0.7, 1.05, (x.abs() / 6.0).max(z.abs() / 4.0));
+        ground + bank - rut(-0.75) - rut(0.75) + stones(1.6 * x, 1.6 * z) * 0.35
+    })
 }
 
 /// The grey values of the fjord: a lake without outlet, about 150 m × 110 m, among mountains.
@@ -243,6 +307,7 @@ fn mix(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }
 
+/// 0 at `from`, 1 at `to`, which may be less.
 fn smooth(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

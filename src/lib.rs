@@ -6,6 +6,8 @@
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
+//! - [`prims`]: scan, compaction, counting sort.
+//! - [`particles`]: pools of particles with a law.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
@@ -15,6 +17,8 @@ pub mod ballistic;
 pub mod clock;
 pub mod draw;
 pub mod gpu;
+pub mod particles;
+pub mod prims;
 pub mod random;
 #[cfg(feature = "tools")]
 pub mod run;

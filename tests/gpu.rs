@@ -92,7 +92,8 @@ fn water_structs() {
                     level_m,
                     ripple,
                     foam_m,
-                    reserved
+                    speeds,
+                    white_mps
                 }
         );
     }

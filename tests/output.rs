@@ -12,8 +12,9 @@ use tempfile::{tempdir, TempDir};
 use whitecap::run::atomic::write_atomic;
 use whitecap::run::clip::{Clip, ClipOptions};
 use whitecap::run::picture::{contact_sheet, Picture};
-use whitecap::study::page::{curves, page};
-use whitecap::study::plot::{log_log, Curve};
+use whitecap::study::linear::cost_of;
+use whitecap::study::page::{page, panels};
+use whitecap::study::plot::{self, log_log, Curve, Mark};
 use whitecap::study::shapes::*;
 
 fn names(dir: &TempDir) -> Vec<String> {
@@ -55,7 +56,32 @@ fn result(points: Vec<Point>) -> StudyResult {
 }
 
 fn study(studies: Vec<StudyResult>) -> Study {
-    Study { device: "D".into(), driver: "1".into(), clock: "free".into(), studies }
+    let (headlines, parts) = (Vec::new(), Vec::new());
+    Study { device: "D".into(), driver: "1".into(), clock: "free".into(), studies, headlines, parts }
+}
+
+fn headline() -> Headline {
+    Headline {
+        sim: "water".into(),
+        study: "linear".into(),
+        what: "Time to 1 %".into(),
+        value: Some(100.0),
+        unit: "times".into(),
+        note: "from a & b".into(),
+    }
+}
+
+fn parts() -> Parts {
+    Parts {
+        sim: "water".into(),
+        study: "linear".into(),
+        variant: "a".into(),
+        step: 0.5,
+        size: 64,
+        truncation: Some(0.25),
+        model: None,
+        rounding: Some(1e-6),
+    }
 }
 
 #[test]
@@ -127,6 +153,58 @@ fn a_study_has_this_json() {
         &study(vec![result]),
         r#"{"device":"D","driver":"1","clock":"free","studies":[{"sim":"water","study":"time step","reference":"f64 twin","points":[{"variant":"a","step":0.5,"size":64,"error":0.125,"metric":"relative L2","ms_per_sim_second":2.0,"ns_per_item":0.25,"pareto":true},{"variant":"b","step":0.5,"size":64,"error":null,"metric":"relative L2","ms_per_sim_second":4.0,"ns_per_item":0.25,"pareto":false}],"cheapest":[{"tolerance":0.5,"variant":"a","ms_per_sim_second":2.0,"speedup_over_seed":1.0},{"tolerance":0.001,"variant":null,"ms_per_sim_second":null,"speedup_over_seed":null}]}]}"#,
     );
+}
+
+#[test]
+fn findings_and_parts_of_errors_have_this_json() {
+    let found = Study { headlines: vec![headline()], parts: vec![parts()], ..study(Vec::new()) };
+    pin(
+        &found,
+        r#"{"device":"D","driver":"1","clock":"free","studies":[],"headlines":[{"sim":"water","study":"linear","what":"Time to 1 %","value":100.0,"unit":"times","note":"from a & b"}],"parts":[{"sim":"water","study":"linear","variant":"a","step":0.5,"size":64,"truncation":0.25,"model":null,"rounding":1e-6}]}"#,
+    );
+}
+
+#[test]
+fn what_an_error_costs_is_read_between_two_sizes_and_never_beyond_them_in_silence() {
+    // Order 1 in the error, order 3 in the cost.
+    let points = [(100.0, 0.04, 1.0), (200.0, 0.02, 8.0), (400.0, 0.01, 64.0)];
+    let close = |(ms, how): (f64, String), want: f64, words: &str| {
+        assert!((ms / want - 1.0).abs() < 1e-9 && how.contains(words), "{ms}: {how}");
+    };
+    close(cost_of(0.03, &points).unwrap(), (400.0f64 / 300.0).powi(3), "between 100 and 200");
+    close(cost_of(0.01, &points).unwrap(), 64.0, "between 200 and 400");
+    close(cost_of(0.005, &points).unwrap(), 512.0, "EXTRAPOLATED: 1.00 % is the best");
+    assert_eq!(cost_of(0.01, &points[..1]), None);
+    // An error that no grid brings down has no cost.
+    assert_eq!(cost_of(0.01, &[(100.0, 0.6, 1.0), (200.0, 0.6, 8.0)]), None);
+}
+
+#[test]
+fn many_variants_are_drawn_in_panels_of_those_that_begin_alike() {
+    let names = ["seed", "a/x", "a/y", "a/z", "b/x", "b/y", "b/z", "a/b/x", "a/b/y"];
+    let result = result(names.map(|name| point(name, Some(0.1), 2.0)).into());
+    let found: Vec<(String, Vec<String>)> = panels(&result)
+        .into_iter()
+        .map(|panel| (panel.title, panel.curves.into_iter().map(|curve| curve.name).collect()))
+        .collect();
+    let want =
+        |title: &str, curves: &[&str]| (title.to_owned(), curves.iter().map(|c| (*c).into()).collect());
+    assert_eq!(
+        found,
+        [
+            want("a", &["seed", "x", "y", "z"]),
+            want("b", &["seed", "x", "y", "z"]),
+            want("a/b", &["seed", "x", "y"])
+        ]
+    );
+}
+
+#[test]
+fn a_line_goes_through_what_no_other_point_of_its_variant_beats() {
+    let points = [(0.5, 1.0), (0.6, 2.0), (0.1, 3.0), (0.1, 4.0)].map(|(e, ms)| point("a", Some(e), ms));
+    let joined: Vec<bool> =
+        panels(&result(points.into()))[0].curves[0].marks.iter().map(|m| m.is_joined).collect();
+    assert_eq!(joined, [true, false, true, false]);
 }
 
 #[test]
@@ -410,7 +488,8 @@ fn a_directory_that_cannot_be_written_is_named_in_the_error() {
 fn a_plot_drops_what_logarithms_cannot_show_and_says_so() {
     let points =
         vec![(1e-3, 2.0), (f64::NAN, 3.0), (1e-2, f64::INFINITY), (0.0, 1.0), (1e-1, -4.0), (1e-1, 8.0)];
-    let curve = Curve { name: "<a & b>".into(), detail: String::new(), points, pareto: vec![true] };
+    let mark = |at| Mark { at, detail: String::new(), is_joined: true, is_pareto: at == (1e-3, 2.0) };
+    let curve = Curve { name: "<a & b>".into(), marks: points.into_iter().map(mark).collect() };
     let svg = log_log("Error & cost", "error", "ms", &[curve]);
     assert!(svg.contains("4 points are not shown: not finite or not positive."));
     assert!(svg.contains("10⁻³") && svg.contains("10⁻¹"));
@@ -427,13 +506,15 @@ fn a_page_is_complete_in_itself() {
         result(vec![point("seed<1>", Some(0.1), 2.0), point("b", None, 4.0), point("b", Some(0.01), 1.0)]);
     result.mark_pareto();
     result.cheapest = result.cheapest_for(&[0.5, 1e-6], "seed");
-    let curves = curves(&result);
-    assert_eq!(
-        curves.iter().map(|c| (&*c.name, c.points.len())).collect::<Vec<_>>(),
-        [("seed<1>", 1), ("b", 2)]
-    );
-    let svg = log_log("t", "x", "y", &curves);
-    let html = page(&study(vec![result]), "Work and precision", "2026-01-31", std::slice::from_ref(&svg));
+    let panels = panels(&result);
+    let curves = panels[0].curves.iter().map(|c| (&*c.name, c.marks.len())).collect::<Vec<_>>();
+    assert_eq!((panels.len(), curves), (1, vec![("seed<1>", 1), ("b", 2)]));
+    let svg = plot::panels("t", "x", "y", &panels);
+    let mut study = study(vec![result]);
+    study.headlines = vec![headline()];
+    study.parts = vec![parts()];
+    let html = page(&study, "Work and precision", "2026-01-31", std::slice::from_ref(&svg));
+    assert!(html.contains("100 times") && html.contains("from a &amp; b") && html.contains("Truncation"));
     assert!(html.contains(&svg) && html.contains("2026-01-31") && html.contains("not finite"));
     assert!(html.contains("seed&lt;1&gt;") && !html.contains("seed<1>"));
     assert!(html.contains("2.00×") && html.contains("none is this accurate"));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use whitecap::scene::{
     builtin, Border, Camera, Drop, Heightmap, HeightmapError, Model, Override, ProblemKind, Rain, Scene,
-    SceneError, Start, Sun, TerrainSource, View, Walls,
+    SceneError, Simulation, Start, Sun, TerrainSource, View, Walls,
 };
 use whitecap::water::LAND_M;
 
@@ -138,7 +138,10 @@ fn every_key_is_read() {
     assert_eq!(water.drops[0], drop);
     assert_eq!([0, 1, 7, 8].map(|n| drop.time_s(n)), [Some(6.0), Some(13.0), Some(55.0), None]);
     assert_eq!([0, 1].map(|n| water.drops[1].time_s(n)), [Some(0.0), None]);
-    assert_eq!(water.rain, Some(Rain { drops_per_s: 9.0, radius_m: 10.0, volume_m3: -1.0, push_m3ps: 0.0 }));
+    assert_eq!(
+        water.rain,
+        Some(Rain { mm_per_h: 0.0, drops_per_s: 9.0, radius_m: 10.0, volume_m3: -1.0, push_m3ps: 0.0 })
+    );
     let sombrero = Start::Sombrero { height_m: 1.0, at_m: [2.0, 3.0], radius_m: 4.0 };
     assert_eq!(scene.water[1].start, sombrero);
     assert_eq!(scene.water[1].size_m, [7.0, 7.0]);
@@ -295,7 +298,8 @@ fn a_wrong_type_and_a_missing_key_say_what_is_allowed() {
     );
     assert_eq!(
         error(&LAKE.replace("waves", "wave")),
-        "lake.toml:4:9: water.0.model is \"wave\"; allowed: \"book\" or \"waves\"\n\
+        "lake.toml:4:9: water.0.model is \"wave\"; allowed: \"book\" or \"waves\" or \"pipes\" or \"wet\" or \"shallow\" or \
+         \"auto\"\n\
          4 | model = \"wave\"\n  |         ^^^^^^"
     );
     assert_eq!(
@@ -356,8 +360,8 @@ fn values_that_do_not_go_together_are_conflicts() {
     }
     let book = LAKE.replace("waves", "book");
     for (text, message) in [
-        ("borders = 'absorb'", "the book has no velocity to damp"),
-        ("[[water.wall]]\nfrom_m = [0, 0]\nto_m = [1, 1]", "the book's basin is the whole grid"),
+        ("borders = 'absorb'", "does not go with model \"book\", which has no velocity of the surface to damp; allowed: \"waves\""),
+        ("[[water.wall]]\nfrom_m = [0, 0]\nto_m = [1, 1]", "which has the whole grid as its basin; allowed: \"waves\", \"pipes\", \"wet\", \"shallow\""),
     ] {
         let text = format!("{book}{text}");
         assert!(
@@ -385,7 +389,10 @@ fn walls_are_land_borders_have_strips_and_bodies_go_their_ways() {
     assert_eq!(scene.water[0].barriers[0].height_m, 0.5);
     let plan = scene.plan().unwrap();
     let water = &plan.waters[0];
-    let land: Vec<usize> = (0..64 * 32).filter(|&i| water.height_m[i] == LAND_M).collect();
+    let Simulation::Level { height_m, has_land: true, is_fused: false, .. } = &water.simulation else {
+        panic!("{:?}", water.simulation)
+    };
+    let land: Vec<usize> = (0..64 * 32).filter(|&i| height_m[i] == LAND_M).collect();
     // A column wide at x = 0.875..1.125, and 4 x 2 columns in the corner.
     let want = |i: &usize| i % 64 == 36 || (i % 64 < 4 && i / 64 < 2);
     assert_eq!(land, (0..64 * 32).filter(want).collect::<Vec<_>>());
@@ -633,7 +640,7 @@ fn heights_between_samples_are_linear_and_constant_outside() {
 fn the_built_in_scenes_load_with_their_terrains() {
     assert_eq!(
         builtin::list().map(|(name, _)| name).collect::<Vec<_>>(),
-        ["fjord", "pond", "sombrero", "ripple_tank", "harbour"]
+        ["fjord", "pond", "sombrero", "ripple_tank", "harbour", "dam_break", "puddles"]
     );
     for (name, title) in builtin::list() {
         let scene = builtin::load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -655,7 +662,7 @@ fn the_built_in_scenes_load_with_their_terrains() {
     let error = builtin::load("fiord", &[]).unwrap_err().to_string();
     assert_eq!(
         error,
-        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour"
+        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles"
     );
 }
 
@@ -667,7 +674,7 @@ fn drops_of_the_built_in_scenes_fall_into_water() {
         for water in &scene.water {
             let start = match &water.start {
                 Start::Hump { at_m, .. } | Start::Sombrero { at_m, .. } => Some(*at_m),
-                Start::Flat | Start::Mode { .. } => None,
+                Start::Flat | Start::Mode { .. } | Start::Block { .. } => None,
             };
             for [x, z] in water.drops.iter().map(|drop| drop.at_m).chain(start) {
                 assert!(map.height_at(x, z) < water.level_m, "{name}: dry at {x}, {z}");
@@ -682,16 +689,19 @@ fn the_sombrero_has_the_books_wave_speed() {
     assert!(((water.gravity_mps2 * water.depth_m).sqrt() - 4.24).abs() < 1e-5);
 }
 
-/// The PNG's samples are compared, not its bytes, which depend on the version of the encoder.
+/// The PNGs' samples are compared, not their bytes, which depend on the version of the encoder.
 #[test]
 fn the_terrains_are_what_make_terrain_makes() {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(builtin::asset("builtin/fjord.png").unwrap()))
-        .read_info()
-        .unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
-    let committed: Vec<u16> = bytes.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]])).collect();
-    assert!(committed == make_terrain::fjord());
+    let samples = |name: &str| -> Vec<u16> {
+        let mut reader =
+            png::Decoder::new(std::io::Cursor::new(builtin::asset(name).unwrap())).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        bytes.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]])).collect()
+    };
+    assert!(samples("builtin/fjord.png") == make_terrain::fjord());
+    assert!(samples("builtin/town.png") == make_terrain::town());
+    assert!(samples("builtin/yard.png") == make_terrain::yard());
     assert!(builtin::asset("builtin/pond.asc").unwrap() == make_terrain::pond().as_bytes());
 }
 

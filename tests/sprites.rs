@@ -219,9 +219,9 @@ fn quads_geometry_and_splats_draw_the_same() {
                 Way::Quads | Way::Geometry => assert_eq!(worst, 0.0, "{way:?}"),
                 // Nothing is near: the second pass rounds to half floats where the first has them too.
                 Way::Soft => assert!(worst <= 1.0, "{way:?}: {worst}"),
-                // Measured 16, 0.31 and 0.019: shaded at the pixel's middle instead of blended by four samples.
+                // Measured 45, 0.53 and 0.019 (16 and 0.31 without lines thinner than a pixel, which keep to one): shaded at the pixel's middle instead of blended by four samples.
                 Way::Splat => {
-                    assert!(worst <= 20.0 && mean < 0.4 && power < 0.025, "{way:?}: {worst} {mean} {power}")
+                    assert!(worst <= 60.0 && mean < 0.7 && power < 0.025, "{way:?}: {worst} {mean} {power}")
                 }
             }
         }
@@ -249,6 +249,16 @@ fn light_below_a_pixel_is_neither_lost_nor_gained() {
             eprintln!("{half_m} m, {way:?}: {:.4}", got / want);
             // Measured 0.987 to 1.008: a disc of two pixels is sampled at four of them.
             assert!((got / want - 1.0).abs() < 0.02, "{half_m} m, {way:?}: {got} instead of {want}");
+            // Lines as wide, six times as long: over their straight part it is 16/15 of half the width.
+            let streak = |sprite: &Sprite| Sprite { along_m: [1.9 * half_m, 4.6 * half_m, 0.0], ..*sprite };
+            let streaks: Vec<Sprite> = sprites.iter().map(streak).collect();
+            let got = sum(&picture(&gpu, way, &Shot { sprites: &streaks, ..Shot::default() }), 0);
+            let want = want
+                * (1.0
+                    + (1.9f64.powi(2) + 4.6f64.powi(2)).sqrt() * (32.0 / 15.0) * 3.0 / std::f64::consts::PI);
+            eprintln!("{half_m} m, {way:?}, streaks: {:.4}", got / want);
+            // Measured 1.009 to 1.037.
+            assert!((got / want - 1.0).abs() < 0.045, "{half_m} m, {way:?}: {got} instead of {want}");
         }
     }
 }

@@ -8,8 +8,8 @@ use whitecap::{gpu::reflect::reflect, shaders};
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
-    &["draw"],
-    &["water", "ballistic"],
+    &["prims", "draw"],
+    &["water", "particles", "ballistic"],
     &["scene"],
     &["run"],
     &["study"],

@@ -1,6 +1,8 @@
 // Random numbers without a state: a hash of (seed, stream, serial, purpose), the same on every device and in every order.
 // Bits: pcg4d (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020). CPU twin: crate::random.
 // No sin() or cos() of the driver's: those differ between devices, sums and products marked `precise` do not.
+#ifndef RANDOM_GLSL
+#define RANDOM_GLSL
 
 uvec4 random_bits(uint seed, uint stream, uint serial, uint purpose) {
     uvec4 v = uvec4(seed, stream, serial, purpose) * 1664525u + 1013904223u;
@@ -39,3 +41,5 @@ vec3 direction_of(vec2 units) {
     precise vec3 direction = vec3(radius * way.x, y, radius * way.y);
     return direction;
 }
+
+#endif

@@ -7,7 +7,7 @@ layout(push_constant) uniform Push {
     uint count;
     float half_m;   // half width
     float along_m;  // half of a streak, down; 0: discs
-    float alpha;
+    float light;    // of each, against a dim one
 } p;
 
 bool sprite_of(uint i, out Sprite sprite) {
@@ -17,6 +17,6 @@ bool sprite_of(uint i, out Sprite sprite) {
     sprite.along_m = vec3(0.0, -p.along_m, 0.0);
     sprite.half_m = vec2(p.half_m * (0.5 + 0.5 * place.w));
     sprite.turn = 0.0;
-    sprite.color = vec4(0.02 + 0.02 * place.xyz, p.alpha);
+    sprite.color = vec4(p.light * (0.02 + 0.02 * place.xyz), 0.0);
     return true;
 }

@@ -8,7 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 1, std430) readonly buffer Terrain { float terrain_m[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer Light { vec2 light[]; };
+layout(set = 0, binding = 2, std430) buffer Light { uint light[]; };  // sun, sky, what it is built of
 
 float height(vec2 at) {
     at = clamp(at, vec2(0.0), vec2(view.terrain_cells) - 1.001);
@@ -53,5 +53,6 @@ void main() {
         }
         sky += 1.0 / (1.0 + horizon * horizon);
     }
-    light[c.y * view.terrain_cells.x + c.x] = vec2(clamp(sun, 0.0, 1.0), sky / 12.0);
+    uint i = c.y * view.terrain_cells.x + c.x;
+    light[i] = packUnorm4x8(vec4(clamp(sun, 0.0, 1.0), sky / 12.0, unpackUnorm4x8(light[i]).zw));
 }

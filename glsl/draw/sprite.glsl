@@ -55,7 +55,10 @@ Placed place(Sprite sprite, float least_px) {
         placed.right_m = half_m.x * side;
         placed.up_m = sprite.along_m + half_m.x * ahead;
         placed.stretch = half_m.x > 0.0 ? 1.0 + sqrt(seen2) / half_m.x : 1.0;
-        placed.color = half_m.x > 0.0 ? sprite.color * (sprite.half_m.x / half_m.x) : vec4(0.0);
+        // Light of a line of length L and half width w goes with w (k w + L), its ends being half a disc each.
+        const float k = 0.490874;
+        float seen = sqrt(seen2), w = sprite.half_m.x, wide = half_m.x;
+        placed.color = wide > 0.0 ? sprite.color * (w * (k * w + seen) / (wide * (k * wide + seen))) : vec4(0.0);
     } else {
         float angle = 6.28318530718 * sprite.turn;
         float c = cos(angle), s = sin(angle);

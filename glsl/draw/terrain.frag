@@ -5,7 +5,7 @@
 
 layout(location = 0) in vec3 at_m;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec2 arrives;
+layout(location = 2) in vec3 arrives;
 layout(location = 0) out vec4 color;
 
 void main() {

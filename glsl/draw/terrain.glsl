@@ -1,7 +1,7 @@
 // The heightmap under everything: sampling, material and light. Needs draw/view.glsl.
 
 layout(set = 0, binding = 1, std430) readonly buffer Terrain { float terrain_m[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Light { vec2 light[]; };  // share of sun and of sky that arrives
+layout(set = 0, binding = 2, std430) readonly buffer Light { uint light[]; };  // share of sun and of sky that arrives, and what is built there
 
 float terrain_sample(ivec2 c) {
     c = clamp(c, ivec2(0), ivec2(view.terrain_cells) - 1);
@@ -26,12 +26,13 @@ vec3 terrain_normal(ivec2 c) {
     return normalize(vec3(-dx / (2.0 * cell_m.x), 1.0, -dz / (2.0 * cell_m.y)));
 }
 
-vec2 light_sample(ivec2 c) {
+// Shares of sun and of sky, and 0 for ground, 1/2 for stone, 1 for a house.
+vec3 light_sample(ivec2 c) {
     c = clamp(c, ivec2(0), ivec2(view.terrain_cells) - 1);
-    return light[uint(c.y) * view.terrain_cells.x + uint(c.x)];
+    return unpackUnorm4x8(light[uint(c.y) * view.terrain_cells.x + uint(c.x)]).xyz;
 }
 
-vec2 terrain_light(vec2 xz_m) {
+vec3 terrain_light(vec2 xz_m) {
     vec2 at = clamp(terrain_grid(xz_m), vec2(0.0), vec2(view.terrain_cells - 1u));
     ivec2 c = ivec2(at);
     vec2 f = at - vec2(c);
@@ -64,8 +65,22 @@ vec3 lamp_light(vec3 at_m, vec3 normal) {
     return view.lamp.rgb * max(dot(normal, to_lamp) * inversesqrt(far2 + 1e-6), 0.0) / (far2 + 0.1);
 }
 
-vec3 terrain_lit(vec3 at_m, vec3 normal, vec2 arrives, float detail) {
+// Stone, or a house with plastered walls and a roof of tiles.
+vec3 built_albedo(vec3 at_m, float up, float built, float detail) {
+    float grain = detail > 0.02 ? detail * fbm(at_m.xz * 2.3 + at_m.y, 3) : 0.0;
+    vec3 stone = vec3(0.36, 0.35, 0.33) * (1.0 + 0.35 * grain);
+    float which = noise(floor(at_m.xz / 9.0) * 1.7);  // houses differ
+    vec3 plaster = mix(vec3(0.62, 0.57, 0.48), vec3(0.7, 0.68, 0.63), 0.5 + 0.5 * which) * (1.0 + 0.12 * grain);
+    vec3 tiles = mix(vec3(0.34, 0.13, 0.08), vec3(0.42, 0.21, 0.13), 0.5 + 0.5 * which) * (1.0 + 0.25 * grain);
+    vec3 house = mix(plaster, tiles, smoothstep(0.55, 0.8, up));
+    return mix(stone, house, smoothstep(0.6, 0.9, built));
+}
+
+vec3 terrain_lit(vec3 at_m, vec3 normal, vec3 arrives, float detail) {
     vec3 albedo = terrain_albedo(at_m, normal.y, detail);
+    if (arrives.z > 0.0) {
+        albedo = mix(albedo, built_albedo(at_m, normal.y, arrives.z, detail), smoothstep(0.1, 0.4, arrives.z));
+    }
     float sun = max(dot(normal, view.to_sun.xyz), 0.0) * arrives.x;
     vec3 bounce = vec3(0.16, 0.14, 0.1) * (1.0 - 0.5 * normal.y);
     return albedo * (SUN_LIGHT * sun + (SKY_LIGHT * (0.55 + 0.45 * normal.y) + bounce) * arrives.y);

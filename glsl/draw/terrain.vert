@@ -6,7 +6,7 @@
 
 layout(location = 0) out vec3 at_m;
 layout(location = 1) out vec3 normal;
-layout(location = 2) out vec2 arrives;  // share of sun and of sky
+layout(location = 2) out vec3 arrives;  // share of sun and of sky, and what is built
 
 void main() {
     uvec2 c = grid_vertex(view.terrain_cells);

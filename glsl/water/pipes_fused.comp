@@ -5,7 +5,7 @@
 #include "water/pipes.glsl"
 
 // Columns of water joined by pipes, several steps a dispatch: to the bit what as many dispatches of pipes.comp do.
-// Tiles, halo and what is shared are those of fused.comp: heights, of each row the first and the last of four, and the
+// Tiles, halo and what is shared are those of fused_pass.glsl: heights, of each row the first and the last of four, and the
 // top and bottom row of each invocation. Flows stay in registers: an invocation keeps those of its neighbours that end in
 // its columns as well (3 a row and 14 above) and steps them itself, which costs less than sharing 4 flows a column.
 // A column costs about 22 flops a step (19 pipes of 3 for 4 columns, 8 for the height), and 14 pipes more for `ROWS` rows.
@@ -31,6 +31,8 @@ layout(push_constant, std430) uniform Push {
 shared float first[BUFFERS * LANES * ROWS];  // height of the first of four columns, by row and lane
 shared float last[BUFFERS * LANES * ROWS];
 shared vec4 ends[BUFFERS * LANES * 2u];      // top and bottom row of each invocation
+
+shared uint shores;                          // 1: the tile has land, and pulls are those beside land
 
 vec4 height_at(int q, int y) {
     vec4 h = vec4(0.0);
@@ -82,6 +84,16 @@ void main() {
     }
     down[ROWS] = down_at(q, y0 + int(ROWS) - 1);
     Pulls pulls = pulls_of(4 * q, p);
+    bool has_shores = false;
+    if (has_land) {
+        if (gl_LocalInvocationIndex == 0u) shores = 0u;
+        barrier();
+        bool sees_land = false;
+        [[unroll]] for (uint k = 0u; k < ROWS; ++k) sees_land = sees_land || any(equal(h[k], vec4(LAND_M)));
+        if (sees_land) atomicOr(shores, 1u);
+        barrier();
+        has_shores = shores == 1u;
+    }
 
     // At the edges of the tile anything finite will do: a lane's own.
     const uint at = lane.y * ROWS * wide + lane.x, at_end = 2u * lane.y * wide + lane.x;
@@ -105,7 +117,7 @@ void main() {
             int y = y0 + int(k);  // c is row k, n the one before
             if (y != 0 && y != int(p.cells.y)) {  // no pipe leads through a wall
                 Down pull = pulls.down;
-                if (has_land) pull = down_beside_land(n, c, p);
+                if (has_shores) pull = down_beside_land(n, c, p);
                 step_down(down[k], n, c, pull, p.keep, has_diagonals);
             }
             if (k > 0u) h[k - 1u] = height_after(n.mid, along[k - 1u], down[k - 1u], down[k], p.dt_s);
@@ -115,7 +127,7 @@ void main() {
                             k + 1u < ROWS ? h[min(k + 1u, ROWS - 1u)] : ends[end + wide + to_south],
                             first[next + to_east]);
                 Along pull = along_wall(pulls.along, y, p);
-                if (has_land) pull = along_beside_land(n, c, s, p);
+                if (has_shores) pull = along_beside_land(n, c, s, p);
                 step_along(along[k], c, pull, p.keep);
                 n = c;
                 c = s;

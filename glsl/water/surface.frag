@@ -9,9 +9,11 @@
 
 layout(location = 0) in vec3 at_m;
 layout(location = 1) in vec3 slope;
+layout(location = 2) in vec3 flow;  // speed along x and z (m/s), and share of white water
 layout(location = 0) out vec4 color;
 
 const vec3 ABSORPTION = vec3(0.62, 0.16, 0.13);  // (1/m)
+const float THIN_M = 0.006;  // a film below this depth mirrors less, and ends without an edge (m)
 const vec3 SCATTERED = vec3(0.006, 0.036, 0.042);
 
 // Slopes of wind ripples that run both ways across each other, fading where a pixel covers many.
@@ -56,6 +58,17 @@ vec3 through(vec3 dir, float depth_m) {
     return lit * clear + SCATTERED * SUN_LIGHT * (1.0 - exp(-ABSORPTION.g * 2.0 * way));
 }
 
+// Noise that goes with the flow for a second at a time; a second one fades in as it is stretched too far.
+float drifting(vec2 xz, float scale) {
+    float t = view.eye_m.w, sum = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        float phase = fract(t + 0.5 * float(k)), turn = floor(t + 0.5 * float(k));
+        float weight = 1.0 - abs(2.0 * phase - 1.0);
+        sum += weight * fbm(scale * (xz - phase * flow.xy) + 17.3 * turn + 5.1 * float(k), 4);
+    }
+    return sum;
+}
+
 void main() {
     vec3 from_eye = at_m - view.eye_m.xyz;
     float far = length(from_eye);
@@ -65,22 +78,28 @@ void main() {
     n = normalize(n + dir * max(0.02 - dot(n, -dir), 0.0) * 1.5);  // no wave faces away from the eye
 
     float facing = max(dot(n, -dir), 0.0);
-    float mirror = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
     vec3 up = reflect(dir, n);
     up.y = abs(up.y);
     vec3 reflected = mirrored(at_m, up);
     float depth_m = max(at_m.y - terrain_height(at_m.xz), 0.0);
+    float film = smoothstep(0.0, THIN_M, depth_m);
+    float mirror = film * (0.02 + 0.98 * pow(1.0 - facing, 5.0));
     vec3 seen = through(refract(dir, n, 1.0 / 1.33), depth_m);
 
-    vec2 arrives = terrain_light(at_m.xz);
+    vec3 arrives = terrain_light(at_m.xz);
     vec3 half_way = normalize(view.to_sun.xyz - dir);
     float glint = pow(max(dot(n, half_way), 0.0), 700.0) * 5.0 + pow(max(dot(n, half_way), 0.0), 90.0) * 0.025;
-    vec3 water = mix(seen, reflected, mirror) + SUN_LIGHT * glint * arrives.x * (0.3 + 0.7 * mirror);
+    vec3 water = mix(seen, reflected, mirror) + SUN_LIGHT * film * glint * arrives.x * (0.3 + 0.7 * mirror);
 
-    // A thin wash of foam where the water runs out.
-    float edge = smoothstep(p.foam_m, p.foam_m / 11.0, depth_m + p.foam_m * 4.0 / 11.0 * fbm(at_m.xz * 3.0, 3));
-    float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
     vec3 foam = vec3(0.75) * (SUN_LIGHT * arrives.x * max(view.to_sun.y, 0.0) + SKY_LIGHT * arrives.y);
-    water = mix(water, foam, 0.55 * edge * bubbles);
+    if (p.foam_m > 0.0) {  // a thin wash where the water runs out
+        float edge = smoothstep(p.foam_m, p.foam_m / 11.0, depth_m + p.foam_m * 4.0 / 11.0 * fbm(at_m.xz * 3.0, 3));
+        float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
+        water = mix(water, foam, 0.55 * edge * bubbles);
+    }
+    if (flow.z > 0.0) {
+        float bubbles = smoothstep(0.35, -0.45, drifting(at_m.xz, 1.7) + 0.9 * (0.55 - flow.z));
+        water = mix(water, foam, 0.9 * bubbles * smoothstep(0.0, 0.3, flow.z));
+    }
     color = vec4(with_haze(water, from_eye) * view.daylight, 1.0);
 }

@@ -8,8 +8,9 @@ struct SurfaceParams {
     vec2 size_m;     // extent, round the origin
     float level_m;   // height of the surface at rest
     float ripple;    // slope of the fine ripples that the grid is too coarse for
-    float foam_m;    // depth below which there is foam (m)
-    uint reserved;
+    float foam_m;    // depth below which there is foam along shores (m), 0 for none
+    float speeds;    // a stored flow times this is a speed (m/s); 0: it is to be divided by the depth
+    float white_mps; // speed above which water is white where it outruns its waves (m/s)
 };
 
 layout(set = 0, binding = 3, std430) readonly buffer Height { float height_m[]; };
@@ -28,3 +29,11 @@ float or_rest(float h) { return h == LAND_M ? 0.0 : h; }
 float or_own(float h, float own) { return h == LAND_M ? own : h; }
 
 vec2 column_centre_m(uvec2 c) { return ((vec2(c) + 0.5) / vec2(p.cells) - 0.5) * p.size_m; }
+
+// Share of white water. It breaks where it outruns its own waves, and where it rises so fast that a bore comes in.
+float white_share(vec2 speed_mps, float rising_mps, float depth_m) {
+    float waves_mps = sqrt(9.81 * max(depth_m, 0.01)), fast = length(speed_mps);
+    float torrent = smoothstep(0.7, 1.5, fast / waves_mps) * smoothstep(0.5 * p.white_mps, 1.5 * p.white_mps, fast);
+    float bore = smoothstep(0.05, 0.25, rising_mps / waves_mps) * smoothstep(0.2 * p.white_mps, 0.6 * p.white_mps, rising_mps);
+    return max(torrent, bore) * smoothstep(0.005, 0.05, depth_m);
+}

@@ -4,7 +4,10 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
-    scene::{builtin, Override, Scene, SceneError},
+    scene::{
+        builtin, percent, percent_expected, EmitterPlan, Override, Scene, SceneError, Verdict, WaterPlan,
+        WaterScene,
+    },
     study::shapes::table,
 };
 
@@ -86,6 +89,31 @@ impl SceneArgs {
     }
 }
 
+/// A row for each variant: what is expected of it, what it costs a column and simulated second on an H100, and why it is
+/// taken or not.
+fn verdicts(water: &WaterScene) -> Vec<Vec<String>> {
+    let choice = &water.choice;
+    let taken = choice.taken();
+    let row = |(i, verdict): (usize, &Verdict)| {
+        let cost = verdict.ns_per_column_second;
+        let times = |a: f64, b: f64| format!("{} times the cost", short(a / b));
+        let misses = water.tolerance.filter(|tolerance| verdict.error() > *tolerance);
+        let word = match (&verdict.lacks, misses) {
+            _ if i == choice.chosen => "taken".into(),
+            (Some(lacks), _) => lacks.clone(),
+            (None, Some(tolerance)) => format!("misses {} %", percent(tolerance)),
+            (None, None) if cost > taken.ns_per_column_second => times(cost, taken.ns_per_column_second),
+            (None, None) if choice.is_asked => "not asked for".into(),
+            (None, None) if cost < taken.ns_per_column_second => "a lower rung would do".into(),
+            (None, None) => "no better".into(),
+        };
+        let error = [verdict.error(), verdict.model_error, verdict.grid_error].map(percent_expected);
+        let [error, model, grid] = error;
+        vec![verdict.name.clone(), error, model, grid, short(cost), word]
+    };
+    choice.verdicts.iter().enumerate().map(row).collect()
+}
+
 #[derive(Args)]
 pub struct CheckArgs {
     #[command(flatten)]
@@ -99,38 +127,50 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
     let plan = scene.plan()?;
     if args.json {
-        let waters: Vec<_> = plan
-            .waters
-            .iter()
-            .map(|water| {
-                json!({
-                    "name": water.name, "model": water.kind, "reason": water.reason, "dt_s": water.model.dt_s,
-                    "longest_stable_s": water.model.longest_stable_s(), "steps_per_picture": water.steps_per_picture,
-                    "has_land": water.has_land,
-                })
+        let water = |(water, of): (&WaterPlan, &WaterScene)| {
+            let simulation = &water.simulation;
+            json!({
+                "name": water.name, "model": of.model, "variant": of.variant().name(), "reason": water.reason,
+                "expected_error": of.choice.taken().error(), "tolerance": of.tolerance, "variants": of.choice.verdicts,
+                "dt_s": simulation.dt_s(), "longest_stable_s": simulation.longest_stable_s(),
+                "steps_per_picture": water.steps_per_picture, "has_land": simulation.has_land(),
             })
-            .collect();
+        };
+        let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
+        let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
+        let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
         return print_json(&json!({
-            "scene": scene, "waters": waters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
+            "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
         }));
     }
     let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
     print(&format!("{title}: {} pictures of {:?}\n", scene.output.frames, scene.output.size));
-    for water in &plan.waters {
-        let model = &water.model;
+    for (water, of) in plan.waters.iter().zip(&scene.water) {
+        let (simulation, cells) = (&water.simulation, water.simulation.cells());
         print(&format!(
             "water `{}`: {} x {} columns of {:.4} m{}, waves of {:.3} m/s, {} steps a picture\n  {}\n",
             water.name,
-            model.cells.x,
-            model.cells.y,
-            model.cell_m,
-            if water.has_land { ", with land" } else { "" },
-            model.speed_mps,
+            cells.x,
+            cells.y,
+            simulation.cell_m(),
+            if simulation.has_land() { ", with land" } else { "" },
+            simulation.speed_mps(),
             short(water.steps_per_picture),
             water.reason
+        ));
+        print(&table(&["variant", "error, %", "model", "grid", "ns", "verdict"], &verdicts(of)));
+    }
+    for emitter in &plan.emitters {
+        print(&format!(
+            "emitter `{}`: up to {} particles, drawn as {:?}{}\n  {}\n",
+            emitter.name,
+            emitter.capacity,
+            emitter.draw,
+            if emitter.soft { ", soft" } else { "" },
+            emitter.reason
         ));
     }
     let rows: Vec<_> = plan

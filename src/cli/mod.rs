@@ -14,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
     gpu::{self, Gpu, GpuOptions},
+    particles,
     run::{atomic::FileError, RunError},
     scene::SceneError,
     study, water,
@@ -145,7 +146,9 @@ impl From<study::Error> for Failure {
     fn from(error: study::Error) -> Self {
         match error {
             study::Error::Water(error) => error.into(),
-            study::Error::Gpu(error) => error.into(),
+            study::Error::Run(error) => error.into(),
+            study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
+            study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
@@ -158,7 +161,8 @@ impl From<RunError> for Failure {
         match error {
             RunError::Scene(error) => error.into(),
             RunError::Water(error) => error.into(),
-            RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
+            RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }

@@ -61,6 +61,10 @@ pub fn run(args: &StudyArgs) -> Result<(), Failure> {
             table(&["error", "cheapest", "ms per simulated s", "times the seed's"], &rows)
         ));
     }
+    for it in &results.headlines {
+        let value = it.value.map_or("not measured".into(), |x| format!("{} {}", short(x), it.unit));
+        print(&format!("{}: {value}; {}", it.what, it.note));
+    }
     print(&format!("report: {}", args.out.join("index.html").display()));
     args.device.verdict(&gpu)
 }

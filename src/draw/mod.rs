@@ -4,7 +4,7 @@
 //!
 //! | kernel          | reads                       | writes       |
 //! | --------------- | --------------------------- | ------------ |
-//! | `draw.light`    | views, terrain              | light        |
+//! | `draw.light`    | views, terrain, light       | light        |
 //! | `draw.sky`      | views                       | colour       |
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
@@ -19,5 +19,5 @@ mod view;
 
 pub use grid::Grid;
 pub use stage::{Layers, Stage};
-pub use terrain::{Terrain, TerrainGrid};
+pub use terrain::{Built, Terrain, TerrainGrid};
 pub use view::{Camera, View};

@@ -100,6 +100,11 @@ impl Sprites {
         Ok(Self { bound: Raster::new::<P>(gpu, &raster)?.bind(&used)?, vertices })
     }
 
+    /// Vertices of a sprite.
+    pub fn vertices(&self) -> u32 {
+        self.vertices
+    }
+
     /// Draws `count` sprites, inside [`Stage::record_layers`].
     ///
     /// # Panics

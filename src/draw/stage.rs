@@ -165,7 +165,7 @@ impl Stage {
         let Layers { opaque, mut sprites, splats } = layers;
         if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
         {
-            rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
+            rec.barrier(Access::GraphicsRead, Access::ComputeReadWrite);
             terrain.record_light(rec);
             self.baked_sun = Some(self.to_sun);
         }

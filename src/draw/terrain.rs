@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use crate::{
     gpu::{
-        Access, Blend, Bound, Buffer, Depth, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder,
-        Residence, Result, Topology,
+        Access, Blend, Bound, Buffer, Depth, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder, Result,
+        Topology,
     },
     shaders,
 };
@@ -19,12 +19,27 @@ pub struct TerrainGrid {
     pub size_m: Vec2,
     /// (m), world y.
     pub height_m: Vec<f32>,
+    /// What stands there, one a sample; empty if there is nothing but ground.
+    pub built: Vec<Built>,
+}
+
+/// What the surface of a sample is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Built {
+    /// Soil, sand, rock.
+    #[default]
+    Ground = 0,
+    /// A wall of stone.
+    Stone = 128,
+    /// Plaster and tiles.
+    House = 255,
 }
 
 impl TerrainGrid {
     /// The bed of a basin without a heightmap.
     pub fn flat(size_m: Vec2, height_m: f32) -> Self {
-        Self { cells: UVec2::splat(2), size_m, height_m: vec![height_m; 4] }
+        Self { cells: UVec2::splat(2), size_m, height_m: vec![height_m; 4], built: Vec::new() }
     }
 }
 
@@ -47,7 +62,9 @@ impl Terrain {
         samples: u32,
     ) -> Result<Self> {
         let height = gpu.upload("draw.terrain_m", &grid.height_m)?;
-        let light = Buffer::new(gpu, "draw.light", 8 * grid.height_m.len() as u64, Residence::Device)?;
+        let built = |i| u32::from(grid.built.get(i).copied().unwrap_or_default() as u8) << 16;
+        let light: Vec<u32> = (0..grid.height_m.len()).map(built).collect();
+        let light = gpu.upload("draw.light", &light)?;
         let bake = KernelInfo {
             name: c"draw.light",
             spv: shaders::DRAW_LIGHT_COMP,

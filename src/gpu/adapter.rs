@@ -87,14 +87,14 @@ impl Adapter {
         Ok(described)
     }
 
+    /// Whether it has what [`Adapter::optional`] calls `name`.
+    pub fn has(&self, name: &str) -> bool {
+        self.optional.iter().any(|(it, has)| *has && *it == name)
+    }
+
     /// Whether it is a driver that runs on the CPU.
     pub fn is_software(&self) -> bool {
         self.kind == kind(vk::PhysicalDeviceType::CPU)
-    }
-
-    /// Whether one of [`Adapter::optional`] is there.
-    pub fn has(&self, name: &str) -> bool {
-        self.optional.iter().any(|(known, is_there)| *known == name && *is_there)
     }
 
     /// A queue family that the caller has chosen.
@@ -117,6 +117,9 @@ impl Adapter {
             .push_next(&mut subgroup);
         unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
         self.subgroup = subgroup.subgroup_size;
+        let in_compute = subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE);
+        let operations = subgroup.supported_operations;
+        let has_subgroup = |operation| in_compute && operations.contains(operation);
         self.uuid = ids.device_uuid.iter().map(|byte| format!("{byte:02x}")).collect();
         let words = [driver.driver_name_as_c_str(), driver.driver_info_as_c_str()];
         let words: Vec<String> =
@@ -165,6 +168,8 @@ impl Adapter {
             ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
             ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),
             ("shaderFloat16", v12.shader_float16 == vk::TRUE),
+            ("subgroup ballot", has_subgroup(vk::SubgroupFeatureFlags::BALLOT)),
+            ("subgroup arithmetic", has_subgroup(vk::SubgroupFeatureFlags::ARITHMETIC)),
             ("float atomics", has(ash::ext::shader_atomic_float::NAME)),
         ];
         Ok(())

@@ -7,7 +7,7 @@ use spirq::{
     prelude::{AccessType, ConstantValue, DescriptorType, ReflectConfig, Type, Variable},
     spirv::ExecutionMode,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A member of a struct that crosses to the host.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ pub fn reflect(spv: &[u8], constants: &[u32]) -> Result<Interface, String> {
     if spv.len() < 20 || !spv.len().is_multiple_of(4) {
         return Err("not SPIR-V".into());
     }
-    let words: Vec<u32> = bytemuck::allocation::pod_collect_to_vec(spv);
+    let words = without_logic(&bytemuck::allocation::pod_collect_to_vec::<u8, u32>(spv));
     // Everything declared counts, also what the optimizer left without a use: the host must bind it.
     let mut config = ReflectConfig::new();
     config.spv(words).ref_all_rscs(true);
@@ -149,6 +149,33 @@ impl Interface {
         self.structs.extend(other.structs);
         Ok(self)
     }
+}
+
+/// The module without what its specialization constants are compared and chosen by: spirq knows only their arithmetic, and
+/// of their values only sizes of workgroups and arrays matter here.
+fn without_logic(words: &[u32]) -> Vec<u32> {
+    const SPEC_CONSTANT_OP: u32 = 52;
+    const CONSTANT_NULL: u32 = 46;
+    // OpIAdd to OpVectorTimesScalar, without the latter; OpIEqual and OpINotEqual.
+    let is_known = |op: u32| (126..=141).contains(&op) || matches!(op, 170 | 171);
+    let (header, mut rest) = words.split_at(words.len().min(5));
+    let (mut out, mut left_out) = (header.to_vec(), BTreeSet::new());
+    while let Some(&first) = rest.first() {
+        let length = ((first >> 16) as usize).clamp(1, rest.len());
+        let (one, after) = rest.split_at(length);
+        match one {
+            [_, ty, id, op, operands @ ..]
+                if first & 0xffff == SPEC_CONSTANT_OP
+                    && (!is_known(*op) || operands.iter().any(|it| left_out.contains(it))) =>
+            {
+                left_out.insert(*id);
+                out.extend([3 << 16 | CONSTANT_NULL, *ty, *id]);
+            }
+            _ => out.extend(one),
+        }
+        rest = after;
+    }
+    out
 }
 
 fn number(value: &ConstantValue) -> Option<u32> {

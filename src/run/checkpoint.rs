@@ -15,7 +15,7 @@ pub struct Checkpoint {
     pub scene: u64,
     /// The last picture that was made, from 0.
     pub picture: u32,
-    /// Of every water: heights and velocities, or columns.
+    /// Of every water: heights and velocities, or columns; then of every pool of particles, words as they are.
     pub states: Vec<Vec<f32>>,
 }
 
@@ -44,7 +44,7 @@ pub enum CheckpointError {
         pictures: u32,
     },
     /// It is of another scene.
-    #[error("{path}: of another scene: waters, terrain, seed, fps and steps must be the same (pictures and camera may differ)")]
+    #[error("{path}: of another scene: waters, emitters, terrain, seed, fps and steps must be the same (pictures and camera may differ)")]
     OtherScene {
         /// The file.
         path: String,
@@ -62,7 +62,8 @@ pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 
 /// Hash of everything in `scene` that the state depends on.
 pub fn scene_hash(scene: &Scene) -> u64 {
-    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water);
+    let simulated =
+        (scene.seed, scene.output.fps, &scene.terrain, &scene.water, &scene.emitters, &scene.attractors);
     fnv(serde_json::to_vec(&simulated).expect("a scene is plain data"))
 }
 
@@ -100,7 +101,7 @@ impl Checkpoint {
             return Err(damaged("its checksum does not fit"));
         }
         let found = Self::parse(&body[MAGIC.len()..]).ok_or_else(|| damaged("its parts do not add up"))?;
-        if found.scene != scene_hash(scene) || found.states.len() != scene.water.len() {
+        if found.scene != scene_hash(scene) || found.states.len() != scene.water.len() + scene.pools() {
             return Err(CheckpointError::OtherScene { path: name() });
         }
         Ok(found)

@@ -40,7 +40,19 @@ impl Falls {
                 }
             }
         }
-        if let Some(rain) = &self.scene.rain {
+        for source in &self.scene.sources {
+            // As much of the step as it runs.
+            let runs_s = to_s.min(source.end_s.unwrap_or(f64::MAX)) - from_s.max(source.start_s);
+            if runs_s > 0.0 {
+                list.push(Disturbance {
+                    at_m: Vec2::from(source.at_m) + corner,
+                    radius_m: source.radius_m,
+                    volume_m3: (source.rate_m3ps * runs_s) as f32,
+                    ..Disturbance::default()
+                });
+            }
+        }
+        if let Some(rain) = self.scene.rain.as_ref().filter(|rain| rain.drops_per_s > 0.0) {
             // Drop n falls at time n / rate: their number in a time is exact, whatever the step.
             let first = (from_s * rain.drops_per_s).ceil() as u64;
             let end = (to_s * rain.drops_per_s).ceil() as u64;

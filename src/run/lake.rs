@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{checkpoint::fnv, falls::Falls, stats::WaterStats};
+use super::{basin::Basin, checkpoint::fnv, falls::Falls, stats::WaterStats};
 use crate::{
     clock::FixedStep,
     draw::Stage,
     gpu::{Access, Gpu, Recorder},
-    scene::{self, Model, WaterPlan, WaterScene},
+    scene::{self, WaterPlan, WaterScene},
     water::{
         self as sim,
         draw::{Look, SurfaceDraw, SurfaceParams},
-        oracle, Absorb, Absorbing, Bodies, Body, BodyList, BodyParams, Book, BookState, Counts, Disturb,
-        DisturbParams, Disturbances, Params, Surface, Tuning, Waves, WavesState, LAND_M,
+        Absorb, Absorbing, Bodies, Body, BodyList, BodyParams, Counts, Disturb, DisturbParams, Disturbances,
     },
 };
 use glam::{dvec3, DVec3, Vec2};
@@ -24,10 +23,8 @@ const COLUMN_STEPS: u64 = 1 << 28;
 /// Disturbances that a step takes; what is more is counted as dropped.
 const FALLS_A_STEP: usize = 4096;
 
-enum State {
-    Book(BookState),
-    Waves(WavesState),
-}
+/// Speed above which water is white where it runs faster than its waves (m/s).
+const WHITE_MPS: f32 = 1.6;
 
 /// Bodies on their ways.
 struct Fleet {
@@ -40,9 +37,8 @@ struct Fleet {
 /// One water of a scene, on the GPU.
 pub(super) struct Lake {
     name: String,
-    model: sim::Model,
-    params: Params,
-    state: State,
+    variant: String,
+    basin: Basin,
     clock: FixedStep,
     falls: Falls,
     list: Option<(Disturbances, DisturbParams)>,
@@ -51,8 +47,9 @@ pub(super) struct Lake {
     draw: SurfaceDraw,
     surface: SurfaceParams,
     depth_m: f64,
-    start_volume: f64,
-    start_energy: f64,
+    start_gain_m3: f64,
+    start_energy: Option<f64>,
+    given_m3: f64,
     not_listed: u64,
     /// Steps that are recorded.
     taken: u64,
@@ -67,39 +64,22 @@ impl Lake {
         look: Look,
         (seed, stream): (u64, u64),
     ) -> Result<Self, sim::Error> {
-        let model = plan.model;
-        let at_rest = vec![0.0; plan.height_m.len()];
-        let state = match plan.kind {
-            Model::Book => {
-                let state = Book::new(gpu)?.state(model.cells)?;
-                state.upload(gpu, &plan.height_m)?;
-                State::Book(state)
-            }
-            Model::Waves => {
-                let tuning = Tuning::for_grid(gpu, model.cells);
-                let state = Waves::new(gpu, tuning, plan.has_land)?.state(model.cells)?;
-                state.upload(gpu, &plan.height_m, &at_rest)?;
-                State::Waves(state)
-            }
-        };
-        let (pitch, stride, has_velocity) = match &state {
-            State::Book(state) => (state.pitch(), 5, 0),
-            State::Waves(state) => (state.pitch(), 1, 1),
-        };
+        let simulation = &plan.simulation;
+        let (cells, cell_m, dt_s) = (simulation.cells(), simulation.cell_m(), simulation.dt_s());
+        let basin = Basin::new(gpu, simulation)?;
+        let surface = basin.surface();
+        let (pitch, stride) = (surface.pitch, surface.stride);
         let list = if plan.is_disturbed {
-            let velocity = match &state {
-                State::Book(_) => None,
-                State::Waves(state) => Some(state.velocity()),
-            };
-            let list = Disturb::new(gpu)?.list(surfaces(&state), velocity, scene::DISTURBANCES)?;
+            let velocities = basin.velocities();
+            let list = Disturb::new(gpu)?.list_of(basin.surfaces(), velocities, scene::DISTURBANCES)?;
             let params = DisturbParams {
-                cells: model.cells,
+                cells,
                 pitch,
                 stride,
-                cell_m: model.cell_m as f32,
+                cell_m: cell_m as f32,
                 // A wave higher than the water is deep is beyond the model by far.
                 limit_m: (4.0 * water.depth_m).max(10.0) as f32,
-                has_velocity,
+                has_velocity: u32::from(velocities[0].is_some()),
             };
             Some((list, params))
         } else {
@@ -108,48 +88,49 @@ impl Lake {
         let fleet = if plan.bodies.is_empty() {
             None
         } else {
-            let params =
-                BodyParams::new(&surface(&state), model.cells, model.cell_m, plan.bodies.len() as u32);
+            let params = BodyParams::new(&surface, cells, cell_m, plan.bodies.len() as u32);
             let [x, z] = water.size_m.map(|size| -0.5 * f64::from(size));
             Some(Fleet {
                 bodies: plan.bodies.clone(),
                 origin_m: dvec3(x, water.level_m.into(), z),
-                list: Bodies::new(gpu)?.list(surfaces(&state), params, plan.most_steps)?,
+                list: Bodies::new(gpu)?.list(basin.surfaces(), params, plan.most_steps)?,
             })
         };
-        let absorbing = match (&state, plan.absorbing) {
-            (State::Waves(state), Some(borders)) => {
-                Some(Absorb::new(gpu)?.borders(&model, borders, state.surfaces(), state.velocity())?)
+        let absorbing = match (plan.absorbing, simulation, basin.velocities()[0]) {
+            (Some(borders), scene::Simulation::Level { model, .. }, Some(velocity)) => {
+                Some(Absorb::new(gpu)?.borders(model, borders, basin.surfaces(), velocity)?)
             }
             _ => None,
         };
+        let is_shore = !water.model.has_ground();
         Ok(Self {
             name: plan.name.clone(),
+            variant: water.variant().name(),
             fleet,
             absorbing,
-            params: model.params(pitch),
-            clock: FixedStep::new(model.dt_s, plan.most_steps),
-            falls: Falls::new(water, seed, stream, model.dt_s),
+            clock: FixedStep::new(dt_s, plan.most_steps),
+            falls: Falls::new(water, seed, stream, dt_s),
             list,
-            draw: SurfaceDraw::new(gpu, stage, surfaces(&state), look)?,
+            draw: SurfaceDraw::new(gpu, stage, &basin.drawn(water.foam), look)?,
             surface: SurfaceParams {
-                cells: model.cells,
+                cells,
                 pitch,
                 stride,
                 size_m: Vec2::from(water.size_m),
                 level_m: water.level_m,
                 // A model of a sea has neither its ripples nor its foam.
-                ripple: RIPPLE * (model.cell_m / 0.05).min(1.0) as f32,
-                foam_m: FOAM_M.min(0.4 * water.depth_m) as f32,
-                reserved: 0,
+                ripple: RIPPLE * (cell_m / 0.05).min(1.0) as f32,
+                foam_m: if is_shore { FOAM_M.min(0.4 * water.depth_m) as f32 } else { 0.0 },
+                speeds: basin.speeds(water.depth_m).into(),
+                white_mps: if water.foam { WHITE_MPS } else { f32::MAX },
             },
-            state,
+            basin,
             depth_m: water.depth_m,
-            start_volume: oracle::volume(&plan.height_m),
-            start_energy: energy_from_rest(&model, &plan.height_m),
+            start_gain_m3: Basin::start_gain_m3(simulation),
+            start_energy: Basin::start_energy(simulation),
+            given_m3: 0.0,
             not_listed: 0,
             taken: 0,
-            model,
         })
     }
 
@@ -161,45 +142,54 @@ impl Lake {
     /// Records due steps, as many as one submission should hold; `false` if more are due. A watchdog takes a device away
     /// that works on one submission for seconds.
     pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, sim::Error> {
-        let columns = self.model.cells.as_u64vec2().element_product();
+        let columns = self.surface.cells.as_u64vec2().element_product();
         let most = (COLUMN_STEPS / columns).max(1);
         let end = self.clock.steps().min(self.taken + most);
         let first = self.taken;
         self.record_poses(rec, first, end)?;
-        for step in first..end {
+        let mut step = first;
+        while step < end {
             self.record_falls(rec, step)?;
             if let Some(fleet) = &self.fleet {
-                fleet.list.record(rec, &surface(&self.state), (step - first) as u32);
+                fleet.list.record(rec, &self.basin.surface(), (step - first) as u32);
                 rec.barrier(Bodies::EXIT, Access::ComputeReadWrite);
             }
-            // From rest the first flow is half a step's: second order from the start.
-            let params = if step == 0 { self.params.first_from_rest() } else { self.params };
-            match &mut self.state {
-                State::Book(state) => state.record(rec, &params),
-                State::Waves(state) => state.record(rec, &params),
-            }
-            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+            let next = self.next_touch(step, end);
+            self.basin.record(rec, step, next);
             if let Some(absorbing) = &self.absorbing {
-                absorbing.record(rec, &surface(&self.state));
+                absorbing.record(rec, &self.basin.surface());
                 rec.barrier(Absorb::EXIT, Access::ComputeReadWrite);
             }
+            step = next;
         }
         self.taken = end;
         rec.barrier(Access::ComputeReadWrite, SurfaceDraw::ENTRY);
         Ok(end == self.clock.steps())
     }
 
+    /// The first step after `step` before which something touches the water, `end` at the latest.
+    fn next_touch(&self, step: u64, end: u64) -> u64 {
+        if self.fleet.is_some() || self.absorbing.is_some() {
+            return step + 1;
+        }
+        if self.list.is_none() {
+            return end;
+        }
+        (step + 1..end).find(|&next| !self.falls.at_step(next).is_empty()).unwrap_or(end)
+    }
+
     /// Where the bodies are before each of these steps and after the last one.
     fn record_poses(&mut self, rec: &mut Recorder<'_>, first: u64, end: u64) -> Result<(), sim::Error> {
         let Some(fleet) = self.fleet.as_mut().filter(|_| first < end) else { return Ok(()) };
-        let pose = |step: u64, body: &Body| body.pose(step as f64 * self.model.dt_s, fleet.origin_m);
+        let dt_s = self.clock.dt_s();
+        let pose = |step: u64, body: &Body| body.pose(step as f64 * dt_s, fleet.origin_m);
         let poses =
             (first..=end).flat_map(|step| fleet.bodies.iter().map(move |body| pose(step, body))).collect();
         let staging = fleet.list.staging(poses)?;
         rec.barrier(Bodies::EXIT, Access::CopyWrite);
         rec.copy(&staging, fleet.list.poses());
         rec.barrier(Access::CopyWrite, Bodies::ENTRY);
-        fleet.list.record_draughts(rec, &surface(&self.state));
+        fleet.list.record_draughts(rec, &self.basin.surface());
         rec.barrier(Bodies::EXIT, Access::ComputeReadWrite);
         Ok(())
     }
@@ -207,6 +197,7 @@ impl Lake {
     fn record_falls(&mut self, rec: &mut Recorder<'_>, step: u64) -> Result<(), sim::Error> {
         let Some((list, params)) = &self.list else { return Ok(()) };
         let falling = self.falls.at_step(step);
+        self.given_m3 += given_m3(&falling);
         let (taken, left) = falling.split_at(falling.len().min(FALLS_A_STEP));
         self.not_listed += left.len() as u64;
         for batch in taken.chunks(list.capacity() as usize) {
@@ -214,7 +205,7 @@ impl Lake {
             rec.barrier(Disturb::EXIT, Access::CopyWrite);
             rec.copy(&staging, list.list());
             rec.barrier(Access::CopyWrite, Disturb::ENTRY);
-            list.record(rec, &surface(&self.state), params);
+            list.record(rec, &self.basin.surface(), params);
             rec.barrier(Disturb::EXIT, Access::ComputeReadWrite);
         }
         Ok(())
@@ -222,7 +213,7 @@ impl Lake {
 
     /// Draws the surface; inside [`Stage::record`].
     pub fn draw(&self, rec: &mut Recorder<'_>) {
-        self.draw.record(rec, &surface(&self.state), &self.surface);
+        self.draw.record(rec, &self.basin.surface(), &self.surface);
     }
 
     /// Steps so far.
@@ -230,27 +221,9 @@ impl Lake {
         self.clock.steps()
     }
 
-    /// Heights (m above rest) and, where the model has them, velocities (m/s).
-    fn download(&self, gpu: &Gpu) -> Result<(Vec<f32>, Option<Vec<f32>>), sim::Error> {
-        Ok(match &self.state {
-            State::Book(state) => (state.download(gpu)?.iter().map(|column| column.height_m).collect(), None),
-            State::Waves(state) => {
-                let (height, velocity) = state.download(gpu)?;
-                (height, Some(velocity))
-            }
-        })
-    }
-
-    /// The whole state: columns, or heights and then velocities.
+    /// The whole state.
     pub fn state(&self, gpu: &Gpu) -> Result<Vec<f32>, sim::Error> {
-        Ok(match &self.state {
-            State::Book(state) => bytemuck::allocation::pod_collect_to_vec(&state.download(gpu)?),
-            State::Waves(state) => {
-                let (mut height, velocity) = state.download(gpu)?;
-                height.extend(velocity);
-                height
-            }
-        })
+        self.basin.download(gpu)
     }
 
     /// Goes on from `floats`, the state after `pictures` of `frame_s`. `false` if they are not of this grid.
@@ -261,23 +234,15 @@ impl Lake {
         pictures: u32,
         frame_s: f64,
     ) -> Result<bool, sim::Error> {
-        let cells = self.model.cells.as_usizevec2().element_product();
-        match &self.state {
-            State::Book(state) if floats.len() == 5 * cells => {
-                state.upload_columns(gpu, bytemuck::cast_slice(floats))?
-            }
-            State::Waves(state) if floats.len() == 2 * cells => {
-                state.upload(gpu, &floats[..cells], &floats[cells..])?;
-            }
-            _ => return Ok(false),
-        }
-        // The clock is a function of the frames that have passed.
+        // The clock is a function of the frames that have passed, and so is what has fallen.
         self.clock = FixedStep::new(self.clock.dt_s(), self.clock.max_steps_per_frame());
         for _ in 0..pictures {
             self.clock.advance(frame_s);
         }
         self.taken = self.clock.steps();
-        Ok(true)
+        let fallen = |step| if self.list.is_some() { given_m3(&self.falls.at_step(step)) } else { 0.0 };
+        self.given_m3 = (0..self.taken).map(fallen).sum();
+        self.basin.upload(gpu, floats, self.taken)
     }
 
     /// Hash of the state, the same for the same scene, seed and device.
@@ -287,25 +252,22 @@ impl Lake {
 
     /// What became of the water.
     pub fn stats(&self, gpu: &Gpu) -> Result<WaterStats, sim::Error> {
-        let (height, velocity) = self.download(gpu)?;
+        let tally = self.basin.tally(gpu, self.depth_m)?;
         let counts = self.list.as_ref().map_or(Ok(Counts::default()), |(list, _)| list.counts())?;
-        let wet = height.iter().filter(|&&h| h != LAND_M);
-        let area = self.model.cell_m.powi(2);
-        let at_rest = self.depth_m * wet.clone().count() as f64;
-        let volume = oracle::volume(&height);
-        let energy = velocity.map(|velocity| oracle::energy(&self.model, &height, &velocity));
+        let start_energy = self.start_energy.filter(|&energy| energy > 0.0);
         Ok(WaterStats {
             name: self.name.clone(),
+            variant: self.variant.clone(),
             steps: self.clock.steps(),
-            dt_s: self.model.dt_s,
+            dt_s: self.clock.dt_s(),
             lost_s: self.clock.lost_s(),
-            volume_at_rest_m3: area * at_rest,
-            volume_gain_m3: area * (volume - self.start_volume),
-            energy_relative: energy
-                .filter(|_| self.start_energy > 0.0)
-                .map(|energy| energy / self.start_energy),
-            lowest_m: wet.clone().fold(f32::MAX, |m, &h| m.min(h)),
-            highest_m: wet.fold(f32::MIN, |m, &h| m.max(h)),
+            volume_at_rest_m3: tally.at_rest_m3,
+            volume_gain_m3: tally.gain_m3 - self.start_gain_m3,
+            volume_given_m3: self.given_m3 + self.basin.rained_m3(),
+            energy_relative: tally.energy.zip(start_energy).map(|(energy, start)| energy / start),
+            lowest_m: tally.between_m[0],
+            highest_m: tally.between_m[1],
+            depths: tally.depths,
             disturbances_applied: counts.applied.into(),
             disturbances_rejected: counts.rejected.into(),
             disturbances_missed: counts.missed.into(),
@@ -315,25 +277,6 @@ impl Lake {
     }
 }
 
-/// Energy of a start at rest. The energy is that of the surfaces on either side of a flow, and the flow half a step before
-/// a start at rest is the mirror image of the one half a step after.
-fn energy_from_rest(model: &sim::Model, height_m: &[f32]) -> f64 {
-    let heights: Vec<f64> = height_m.iter().map(|&h| f64::from(h)).collect();
-    let pulls = sim::cpu::laplacians(model, &heights);
-    let velocity: Vec<f32> = pulls.iter().map(|pull| (-0.5 * model.pull() * pull) as f32).collect();
-    oracle::energy(model, height_m, &velocity)
-}
-
-fn surface(state: &State) -> Surface<'_> {
-    match state {
-        State::Book(state) => state.surface(),
-        State::Waves(state) => state.surface(),
-    }
-}
-
-fn surfaces(state: &State) -> [Surface<'_>; 2] {
-    match state {
-        State::Book(state) => state.surfaces(),
-        State::Waves(state) => state.surfaces(),
-    }
+fn given_m3(falling: &[sim::Disturbance]) -> f64 {
+    falling.iter().map(|fall| f64::from(fall.volume_m3)).sum()
 }

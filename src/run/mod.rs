@@ -2,23 +2,29 @@
 //! The headless runner: steps a scene, draws it, and writes pictures, a contact sheet, a clip and `stats.json`.
 
 pub mod atomic;
+mod basin;
 pub mod checkpoint;
 pub mod clip;
+mod effects;
 mod falls;
 mod lake;
 pub mod picture;
 pub mod stats;
+pub mod swarm;
 
 pub use falls::Falls;
 
 use crate::{
-    draw::{Camera, Stage, View},
-    gpu::{self, Gpu, Submitter},
+    ballistic::GroundGrid,
+    draw::{Camera, Layers, Stage, View},
+    gpu::{self, Gpu, Recorder, Submitter},
+    particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
 };
 use checkpoint::{scene_hash, Checkpoint, CheckpointError};
 use clip::{Clip, ClipOptions};
+use effects::Emitters;
 use glam::{UVec2, Vec3};
 use lake::Lake;
 use picture::{contact_sheet, Picture};
@@ -64,6 +70,9 @@ pub enum RunError {
     /// The device's, or a parameter that only the device refuses.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// The same of a pool of particles.
+    #[error(transparent)]
+    Particles(#[from] particles::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -80,10 +89,12 @@ const SPANS: usize = 64;
 /// Pictures on a contact sheet.
 const SHEET: u32 = 12;
 
-/// A scene on the GPU: waters, and the stage that they are drawn on.
+/// A scene on the GPU: waters, particles, and the stage that they are drawn on.
 pub struct World {
     stage: Stage,
     lakes: Vec<Lake>,
+    emitters: Emitters,
+    lamp: Option<(Vec3, Vec3)>,
     scene: Scene,
     time_s: f64,
 }
@@ -93,16 +104,31 @@ impl World {
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
         let (look, terrain) = match scene.output.view {
-            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone())),
+            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
             scene::View::Wireframe => (Look::Wireframe, None),
         };
         let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
-        stage.clear = [0.32, 0.32, 0.78, 1.0]; // the book's (0.6, 0.6, 0.9), linear
+        stage.clear = match plan.has_ground() {
+            true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
+            false => [0.0, 0.0, 0.0, 1.0],
+        };
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
             .collect::<Result<_, _>>()?;
-        Ok(Self { stage, lakes, scene: scene.clone(), time_s: 0.0 })
+        let emitters = if plan.emitters.is_empty() {
+            Emitters::none()
+        } else {
+            let height = match stage.terrain() {
+                Some(terrain) => terrain.height().clone(),
+                None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
+            };
+            let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
+            let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
+            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
+        };
+        let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
+        Ok(Self { stage, lakes, emitters, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
     /// Lets `frame_s` pass, and draws a picture of what there is then.
@@ -116,8 +142,9 @@ impl World {
     ) -> Result<(Picture, gpu::Times), RunError> {
         self.time_s += frame_s;
         self.look();
-        let (stage, lakes) = (&mut self.stage, &mut self.lakes);
+        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
         lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
+        emitters.advance(frame_s, self.time_s);
         let mut times = gpu::Times::default();
         loop {
             let mut done: Result<bool, water::Error> = Ok(true);
@@ -129,7 +156,16 @@ impl World {
                     };
                 }
                 if matches!(done, Ok(true)) {
-                    stage.record(rec, |rec| lakes.iter().for_each(|lake| lake.draw(rec)));
+                    emitters.record(rec);
+                    let mut opaque = |rec: &mut Recorder<'_>| lakes.iter().for_each(|lake| lake.draw(rec));
+                    let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
+                    let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
+                    let layers = Layers {
+                        opaque: &mut opaque,
+                        sprites: if emitters.draws() { Some(&mut draw) } else { None },
+                        splats: if emitters.splats() { Some(&mut splat) } else { None },
+                    };
+                    stage.record_layers(rec, layers);
                 }
             })?;
             times.spans.extend(part.spans);
@@ -151,15 +187,27 @@ impl World {
         };
         let sun = Vec3::from(self.scene.sun.direction());
         let size = self.stage.size();
-        self.stage.set_view(&View::new(&place, size, self.time_s as f32, sun, 0.62));
+        let mut view = View::new(&place, size, self.time_s as f32, sun, 0.62);
+        view.daylight = self.scene.sun.brightness;
+        if let Some((at_m, light)) = self.lamp {
+            // A flame: two slow waves that never meet again.
+            let t = self.time_s;
+            let flicker = 1.0 + 0.12 * (11.3 * t).sin() + 0.08 * (17.9 * t + 1.0).sin();
+            view.lamp_m = at_m.extend(0.0);
+            view.lamp = (light * flicker as f32).extend(0.0);
+        }
+        self.stage.set_view(&view);
     }
 
-    /// Hash of every water's state.
+    /// Hash of every water's state, and of every pool's.
     ///
     /// # Errors
     /// The device's.
     pub fn hashes(&self, gpu: &Gpu) -> Result<Vec<String>, RunError> {
-        self.lakes.iter().map(|lake| Ok(format!("{:016x}", lake.hash(gpu)?))).collect()
+        let lakes = self.lakes.iter().map(|lake| Ok(format!("{:016x}", lake.hash(gpu)?)));
+        let mut hashes = lakes.collect::<Result<Vec<_>, RunError>>()?;
+        hashes.extend(self.emitters.hashes()?);
+        Ok(hashes)
     }
 
     /// The state after the picture of this number.
@@ -167,7 +215,8 @@ impl World {
     /// # Errors
     /// The device's.
     pub fn checkpoint(&self, gpu: &Gpu, picture: u32) -> Result<Checkpoint, RunError> {
-        let states = self.lakes.iter().map(|lake| lake.state(gpu)).collect::<Result<_, _>>()?;
+        let mut states = self.lakes.iter().map(|lake| lake.state(gpu)).collect::<Result<Vec<_>, _>>()?;
+        states.extend(self.emitters.states()?);
         Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
     }
 
@@ -181,6 +230,10 @@ impl World {
             if !lake.restore(gpu, state, from.picture, frame_s)? {
                 return Ok(false);
             }
+        }
+        let pools = &from.states[self.lakes.len().min(from.states.len())..];
+        if !self.emitters.restore(pools, from.picture, frame_s)? {
+            return Ok(false);
         }
         self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
         Ok(true)
@@ -224,6 +277,7 @@ pub fn run(
         wall_s: 0.0,
         passes: Vec::new(),
         waters: Vec::new(),
+        emitters: Vec::new(),
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
@@ -273,6 +327,7 @@ pub fn run(
     for lake in &world.lakes {
         stats.waters.push(lake.stats(gpu)?);
     }
+    stats.emitters = world.emitters.stats()?;
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
     stats.wall_s = start.elapsed().as_secs_f64();
     let path = options.out.join("stats.json");

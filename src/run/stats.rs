@@ -3,6 +3,8 @@
 
 use serde::Serialize;
 
+pub use super::basin::Depths;
+
 /// The whole of `stats.json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
@@ -28,7 +30,10 @@ pub struct Stats {
     pub passes: Vec<PassStats>,
     /// By water, as in the scene.
     pub waters: Vec<WaterStats>,
-    /// Every so many frames, if asked for: frame and one hash a water.
+    /// By emitter, as in the scene.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub emitters: Vec<EmitterStats>,
+    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles.
     pub hashes: Vec<(u32, Vec<String>)>,
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -56,6 +61,8 @@ pub struct PassStats {
 pub struct WaterStats {
     /// As in the scene.
     pub name: String,
+    /// What stepped it, as results name it.
+    pub variant: String,
     /// Steps taken.
     pub steps: u64,
     /// Of a step (s).
@@ -66,13 +73,18 @@ pub struct WaterStats {
     pub volume_at_rest_m3: f64,
     /// Gained since the start, drops included (m^3).
     pub volume_gain_m3: f64,
-    /// Energy at the end, of that at the start; absent for a start at rest, and for the book's model.
+    /// Asked for by drops, sources and rain; what missed the water is in it (m^3).
+    pub volume_given_m3: f64,
+    /// Energy at the end, of that at the start; absent for a start at rest, and where a scheme has none.
     pub energy_relative: Option<f64>,
     /// Lowest point (m above rest).
     pub lowest_m: f32,
     /// Highest point (m above rest).
     pub highest_m: f32,
-    /// Drops that fell in.
+    /// Of water over ground at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depths: Option<Depths>,
+    /// Drops and sources' steps that fell in.
     pub disturbances_applied: u64,
     /// Not finite or absurd.
     pub disturbances_rejected: u64,
@@ -82,6 +94,31 @@ pub struct WaterStats {
     pub disturbances_dropped: u64,
     /// Of the state at the end.
     pub state_hash: String,
+}
+
+/// What became of the particles of one emitter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct EmitterStats {
+    /// As in the scene.
+    pub name: String,
+    /// Born since the start.
+    pub born: u64,
+    /// Alive at the end.
+    pub alive: u64,
+    /// Born without room, and not drawn.
+    pub dropped: u64,
+    /// Ended by age.
+    pub aged: u64,
+    /// Ended by the law.
+    pub ended: u64,
+    /// Ended because a number was none.
+    pub spoiled: u64,
+    /// Steps taken; absent where nothing is stepped.
+    pub steps: Option<u64>,
+    /// Of a step (s).
+    pub dt_s: Option<f64>,
+    /// Of all that lives at the end.
+    pub state_hash: Option<String>,
 }
 
 impl Stats {

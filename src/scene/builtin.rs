@@ -6,7 +6,7 @@ use super::{Override, Scene, SceneError};
 /// A built-in scene: name, one line for people, TOML.
 struct Builtin(&'static str, &'static str, &'static str);
 
-const SCENES: [Builtin; 5] = [
+const SCENES: [Builtin; 12] = [
     Builtin("fjord", "Waves among rocky islands in a mountain lake", include_str!("../../scenes/fjord.toml")),
     Builtin("pond", "Drops falling into a stony pond", include_str!("../../scenes/pond.toml")),
     Builtin(
@@ -20,11 +20,32 @@ const SCENES: [Builtin; 5] = [
         include_str!("../../scenes/ripple_tank.toml"),
     ),
     Builtin("harbour", "Swell and a launch between breakwaters", include_str!("../../scenes/harbour.toml")),
+    Builtin("dam_break", "A flood from a burst dam in a town", include_str!("../../scenes/dam_break.toml")),
+    Builtin(
+        "puddles",
+        "Rain that collects in the hollows of a yard",
+        include_str!("../../scenes/puddles.toml"),
+    ),
+    Builtin(
+        "black_hole",
+        "Particles that a black hole swallows: the book's particle storm",
+        include_str!("../../scenes/black_hole.toml"),
+    ),
+    Builtin(
+        "binary_hole",
+        "Two black holes that circle each other, and what they stir",
+        include_str!("../../scenes/binary_hole.toml"),
+    ),
+    Builtin("campfire", "Flames, sparks and smoke at night", include_str!("../../scenes/campfire.toml")),
+    Builtin("rain", "Rain that splashes on a lake and its shore", include_str!("../../scenes/rain.toml")),
+    Builtin("fireworks", "Shells that burst over a bay", include_str!("../../scenes/fireworks.toml")),
 ];
 
-const ASSETS: [(&str, &[u8]); 2] = [
+const ASSETS: [(&str, &[u8]); 4] = [
     ("builtin/fjord.png", include_bytes!("../../scenes/fjord.png")),
     ("builtin/pond.asc", include_bytes!("../../scenes/pond.asc")),
+    ("builtin/town.png", include_bytes!("../../scenes/town.png")),
+    ("builtin/yard.png", include_bytes!("../../scenes/yard.png")),
 ];
 
 /// The name and a one-line title of every built-in scene; the first is the default.

@@ -27,6 +27,22 @@ pub enum SceneError {
         /// Why not.
         reason: HeightmapError,
     },
+    /// A water and its ground do not go together.
+    #[error("water `{name}`: {message}")]
+    Water {
+        /// Name of the water.
+        name: String,
+        /// Key, value and what is allowed.
+        message: String,
+    },
+    /// A shader, an effect or a texture cannot be used.
+    #[error("{file}: {reason}")]
+    Shader {
+        /// The file.
+        file: String,
+        /// Why not, with line and excerpt where there are some.
+        reason: String,
+    },
     /// There is no built-in scene of this name.
     #[error("no built-in scene is called {name:?}; there are: {}", super::builtin::names())]
     NoBuiltin {

@@ -23,23 +23,35 @@
 
 mod asc;
 pub mod builtin;
+mod choose;
+mod emit;
 mod error;
 mod heightmap;
 mod node;
 mod parse;
+mod particles;
 mod plan;
 mod schema;
+mod simulation;
+mod water;
+mod water_table;
 mod works;
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
+pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use node::Override;
+pub(crate) use particles::MOST_CENTRES;
+pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
-pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall};
+pub use simulation::Simulation;
+pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
+pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
 /// A scene: everything that a run needs, with defaults filled in and every value within its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,8 +68,14 @@ pub struct Scene {
     pub sun: Sun,
     /// Where the ground comes from, if there is any; [`Scene::terrain_heights`] loads it.
     pub terrain: Option<TerrainSource>,
-    /// The bodies of water. A scene has terrain or at least one water.
+    /// The bodies of water. A scene has terrain, water or something that throws particles.
     pub water: Vec<WaterScene>,
+    /// What throws particles.
+    #[serde(rename = "emitter")]
+    pub emitters: Vec<EmitterScene>,
+    /// What pulls them.
+    #[serde(rename = "attractor")]
+    pub attractors: Vec<Attractor>,
     /// The folder that asset paths are relative to; `None` is the current one.
     #[serde(skip)]
     pub base_dir: Option<PathBuf>,
@@ -107,6 +125,8 @@ pub struct Sun {
     pub azimuth_deg: f32,
     /// Height above the horizon (degrees), 1..=90, default 32.
     pub elevation_deg: f32,
+    /// Of sun and sky, 0..=1, default 1; below a tenth it is night.
+    pub brightness: f32,
 }
 
 /// Where the ground comes from.
@@ -119,140 +139,6 @@ pub struct TerrainSource {
     pub size_m: [f32; 2],
     /// Heights of black and white (m), finite; always present for `.png`, never for `.asc`.
     pub height_m: Option<[f32; 2]>,
-}
-
-/// One body of water.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct WaterScene {
-    /// Name, unique in the scene: 1 to 64 letters, digits, `_` and `-`, not digits only; default `water`.
-    pub name: String,
-    /// The simulation that moves it.
-    pub model: Model,
-    /// Cells along x and z, each 1..=16384.
-    pub cells: [u32; 2],
-    /// Extent along x and z (m), more than 0; default the terrain's.
-    pub size_m: [f32; 2],
-    /// World height of the surface at rest (m), finite, default 0.
-    pub level_m: f32,
-    /// Depth that sets the wave speed sqrt(g·depth) (m), more than 0.
-    pub depth_m: f64,
-    /// Gravity (m/s²), more than 0, default 9.81.
-    pub gravity_mps2: f64,
-    /// Rate at which velocities decay (1/s), 0..=100, default 0.03.
-    pub damping_per_s: f64,
-    /// Weight of the diagonal pipes, 0..=1, default 0.25 for `waves` and 1 for `book`.
-    pub diagonal: f64,
-    /// What happens to diagonal pipes at the walls, default folded for `waves`; `book` has only dropped.
-    pub walls: Walls,
-    /// Time step (s), more than 0 and stable; `None` is the longest that divides a picture's time and is 5 % below the
-    /// limit.
-    pub dt_s: Option<f64>,
-    /// Most steps per picture before simulated time is given up, 1..=10 000; `None` is 8, or twice what a picture takes.
-    pub max_catch_up_steps: Option<u32>,
-    /// The surface at time 0, default flat.
-    pub start: Start,
-    /// Scheduled disturbances.
-    #[serde(rename = "drop")]
-    pub drops: Vec<Drop>,
-    /// Random disturbances.
-    pub rain: Option<Rain>,
-    /// What the borders do with waves, default reflect; `book` has only that.
-    pub borders: Borders,
-    /// Width of the strips in which absorbing borders damp waves (m), two columns to half the shorter side; `None` is 32
-    /// columns, or a quarter of the shorter side where that is less.
-    pub absorb_width_m: Option<f64>,
-    /// Walls that stand in the water, for `waves`.
-    #[serde(rename = "wall")]
-    pub barriers: Vec<Wall>,
-    /// Bodies that move through it, at most 16.
-    #[serde(rename = "body")]
-    pub bodies: Vec<Body>,
-}
-
-/// The simulation that moves a water.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Model {
-    /// Virtual pipes with stored flows, as the book has them.
-    Book,
-    /// The same waves with the flows eliminated.
-    Waves,
-}
-
-/// What happens to a diagonal pipe that would leave the grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Walls {
-    /// Its weight moves to the pipe along the wall, so that waves meet walls squarely.
-    Folded,
-    /// It is left out, as in the book.
-    Dropped,
-}
-
-/// The surface at time 0, relative to the rest level.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(tag = "shape", rename_all = "lowercase")]
-pub enum Start {
-    /// At rest.
-    #[default]
-    Flat,
-    /// A Gaussian.
-    Hump {
-        /// Amplitude (m), finite.
-        height_m: f32,
-        /// Centre, x and z (m), finite, default the origin.
-        at_m: [f32; 2],
-        /// Standard deviation (m), more than 0.
-        radius_m: f32,
-    },
-    /// The book's `sin(r)/r`.
-    Sombrero {
-        /// Amplitude (m), finite.
-        height_m: f32,
-        /// Centre, x and z (m), finite, default the origin.
-        at_m: [f32; 2],
-        /// Radius of the first zero (m), more than 0.
-        radius_m: f32,
-    },
-    /// A standing wave of the closed basin.
-    Mode {
-        /// Amplitude (m), finite.
-        height_m: f32,
-        /// Half waves along x and z, each 0..=cells.
-        waves: [u32; 2],
-    },
-}
-
-/// A disturbance that falls once or again and again.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Drop {
-    /// Centre, x and z (m), finite.
-    pub at_m: [f32; 2],
-    /// Radius (m), more than 0.
-    pub radius_m: f32,
-    /// Water that it adds (m³), finite, default 0. This or `push_m3ps` is not zero.
-    pub volume_m3: f32,
-    /// Vertical momentum that it adds, as a rate of volume (m³/s), finite, default 0.
-    pub push_m3ps: f32,
-    /// First fall (s), 0 or more, default 0.
-    pub start_s: f64,
-    /// Time between falls (s), more than 0; `None` falls once.
-    pub every_s: Option<f64>,
-    /// Number of falls, 1 or more, only with `every_s`; `None` there is without end.
-    pub count: Option<u32>,
-}
-
-/// Disturbances at uniformly random places and times.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rain {
-    /// Mean rate over the whole water (1/s), 0..=1 000 000.
-    pub drops_per_s: f64,
-    /// Radius of a drop (m), more than 0.
-    pub radius_m: f32,
-    /// Water that a drop adds (m³), finite, default 0. This or `push_m3ps` is not zero.
-    pub volume_m3: f32,
-    /// Vertical momentum that a drop adds, as a rate of volume (m³/s), finite, default 0.
-    pub push_m3ps: f32,
 }
 
 impl Scene {
@@ -280,6 +166,11 @@ impl Scene {
         self.terrain.as_ref().map(|terrain| heightmap::load(terrain, self.base_dir.as_deref())).transpose()
     }
 
+    /// Emitters that have a pool.
+    pub(crate) fn pools(&self) -> usize {
+        self.emitters.iter().filter(|it| matches!(it.throws, Throws::Law(_))).count()
+    }
+
     /// The scene's camera, or else one that sees the whole scene.
     pub fn camera(&self) -> Camera {
         let level = self.water.first().map_or(0.0, |water| water.level_m);
@@ -289,7 +180,14 @@ impl Scene {
     /// The largest horizontal extent of the terrain and the waters (m).
     pub fn extent_m(&self) -> f32 {
         let sizes = self.terrain.iter().map(|t| t.size_m).chain(self.water.iter().map(|w| w.size_m));
-        sizes.flatten().fold(0.0, f32::max)
+        let extent = sizes.flatten().fold(0.0, f32::max);
+        if extent > 0.0 {
+            return extent;
+        }
+        // Particles alone: what throws them and what pulls them.
+        let places =
+            self.emitters.iter().filter_map(|it| it.at_m).chain(self.attractors.iter().map(|it| it.at_m));
+        2.0 * places.flatten().fold(5.0, |far: f32, x| far.max(x.abs()))
     }
 }
 
@@ -320,7 +218,7 @@ impl Camera {
 
 impl Default for Sun {
     fn default() -> Self {
-        Self { azimuth_deg: 135.0, elevation_deg: 32.0 }
+        Self { azimuth_deg: 135.0, elevation_deg: 32.0, brightness: 1.0 }
     }
 }
 
@@ -330,17 +228,5 @@ impl Sun {
         let (azimuth_sin, azimuth_cos) = self.azimuth_deg.to_radians().sin_cos();
         let (elevation_sin, elevation_cos) = self.elevation_deg.to_radians().sin_cos();
         [azimuth_sin * elevation_cos, elevation_sin, azimuth_cos * elevation_cos]
-    }
-}
-
-impl Drop {
-    /// When the drop falls for the `n`-th time (s), counted from 0; `None` after its last fall.
-    pub fn time_s(&self, n: u32) -> Option<f64> {
-        match self.every_s {
-            Some(every) => {
-                self.count.is_none_or(|count| n < count).then(|| self.start_s + f64::from(n) * every)
-            }
-            None => (n == 0).then_some(self.start_s),
-        }
     }
 }

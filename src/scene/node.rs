@@ -35,7 +35,8 @@ pub(super) enum Value {
     Text(String),
     Integer(i128),
     Float(f64),
-    /// A boolean or a date, which no key takes.
+    Flag(bool),
+    /// A date, which no key takes.
     Other,
 }
 
@@ -58,7 +59,8 @@ impl Node {
                 i128::from_str_radix(x.as_str(), x.radix()).map_or(Value::Other, Value::Integer)
             }
             DeValue::Float(x) => x.as_str().parse().map_or(Value::Other, Value::Float),
-            DeValue::Boolean(_) | DeValue::Datetime(_) => Value::Other,
+            DeValue::Boolean(flag) => Value::Flag(flag),
+            DeValue::Datetime(_) => Value::Other,
         };
         Self { at, value }
     }
@@ -228,7 +230,7 @@ impl Override {
                     &mut entries[index].node
                 }
                 Value::Array(items) => {
-                    let default = (key == "water").then_some(super::schema::DEFAULT_NAME);
+                    let default = (key == "water").then_some(super::water_table::DEFAULT_NAME);
                     let by_name = |item: &Node| item.name().or(default) == Some(part);
                     let index = part.parse().ok().or_else(|| items.iter().position(by_name));
                     let count = items.len();

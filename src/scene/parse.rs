@@ -265,6 +265,29 @@ impl<'r> Table<'r> {
         choices.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice)
     }
 
+    /// One of `choices`, whole numbers, if the key is there.
+    pub(super) fn choice_of(&mut self, key: &'static str, choices: &[u32]) -> Option<u32> {
+        let node = self.get(key)?;
+        let found = u32::from_node(node).filter(|found| choices.contains(found));
+        if found.is_none() {
+            let allowed: Vec<_> = choices.iter().map(u32::to_string).collect();
+            let is_number = matches!(node.value, Value::Integer(_));
+            let kind = if is_number { ProblemKind::OutOfRange } else { ProblemKind::WrongType };
+            self.refuse(node, key, kind, format_args!("{}", allowed.join(" or ")));
+        }
+        found
+    }
+
+    /// `true` or `false`, if the key is there.
+    pub(super) fn flag(&mut self, key: &'static str) -> Option<bool> {
+        let node = self.get(key)?;
+        if let Value::Flag(flag) = node.value {
+            return Some(flag);
+        }
+        self.refuse(node, key, ProblemKind::WrongType, format_args!("true or false"));
+        None
+    }
+
     /// Whether the key is there, right or wrong.
     pub(super) fn has(&mut self, key: &'static str) -> bool {
         self.get(key).is_some()

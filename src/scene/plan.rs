@@ -2,9 +2,12 @@
 //! From a scene to what runs: models with their steps, starts, buffers and passes. No GPU is needed: `whitecap check`
 //! prints a plan, a run builds it.
 
-use super::{works, Heightmap, Model, Scene, SceneError, Start, View, Walls, WaterScene};
+use super::{
+    choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation,
+    View, WaterScene,
+};
 use crate::{draw::TerrainGrid, water};
-use glam::{uvec2, vec2, UVec2, Vec2};
+use glam::{uvec2, vec2, Vec2};
 use serde::Serialize;
 
 /// A buffer or an image, and who pays for it.
@@ -23,20 +26,14 @@ pub struct PlannedBuffer {
 pub struct WaterPlan {
     /// As in the scene.
     pub name: String,
-    /// Grid, speed and step.
-    pub model: water::Model,
-    /// Which simulation.
-    pub kind: Model,
-    /// Why, and what error is to be expected.
+    /// What steps it, from which start.
+    pub simulation: Simulation,
+    /// Which variant, why, and what error is to be expected.
     pub reason: String,
     /// Steps for each picture.
     pub steps_per_picture: f64,
     /// Most steps for one picture; time beyond it is lost and reported.
     pub most_steps: u32,
-    /// Some columns are land.
-    pub has_land: bool,
-    /// The surface at the start (m above rest), [`water::LAND_M`] on land.
-    pub height_m: Vec<f32>,
     /// Something falls into it.
     pub is_disturbed: bool,
     /// Borders that waves leave through, if there are any.
@@ -50,6 +47,8 @@ pub struct WaterPlan {
 pub struct Plan {
     /// The waters.
     pub waters: Vec<WaterPlan>,
+    /// What throws particles.
+    pub emitters: Vec<EmitterPlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
@@ -66,107 +65,37 @@ pub struct Plan {
 pub const DISTURBANCES: u32 = 256;
 
 impl WaterScene {
-    /// The model with the step that `dt_s` gives, or the longest that divides a picture's time and is 5 % below the
-    /// limit: fixed steps near the limit are the most accurate ones of a linear leapfrog, and the cheapest.
-    pub fn simulation(&self, fps: f64) -> water::Model {
-        let model = water::Model {
-            cells: UVec2::from(self.cells),
-            cell_m: f64::from(self.size_m[0]) / f64::from(self.cells[0]),
-            speed_mps: (self.gravity_mps2 * self.depth_m).sqrt(),
-            damping_per_s: self.damping_per_s,
-            diagonal: self.diagonal,
-            walls: match self.walls {
-                Walls::Folded => water::Walls::Folded,
-                Walls::Dropped => water::Walls::Dropped,
-            },
-            dt_s: 0.0,
-        };
-        let steps = (1.0 / (fps * 0.95 * model.longest_stable_s())).ceil().max(1.0);
-        water::Model { dt_s: self.dt_s.unwrap_or(1.0 / (fps * steps)), ..model }
-    }
-
-    /// Relative error of the phase of waves eight columns long after they have run a hundred columns: `X k (k dx)^2
-    /// (G - courant^2) / 24`, the leading term of the dispersion relation.
-    fn predicted_phase_error(&self, model: &water::Model) -> f64 {
-        let k = std::f64::consts::TAU / 8.0;
-        // Mean over directions: 1 along the axis, (1 + 8 w) / (2 (1 + 2 w)) along the diagonal.
-        let stencil = 0.5 * (1.0 + (1.0 + 8.0 * model.diagonal) / (2.0 * (1.0 + 2.0 * model.diagonal)));
-        100.0 * k * k * k * (stencil - model.courant().powi(2)).abs() / 24.0
-    }
-
-    fn plan(&self, fps: f64, ground: Option<&Heightmap>) -> WaterPlan {
-        let model = self.simulation(fps);
-        let steps_per_picture = 1.0 / (fps * model.dt_s);
-        let mut height_m = self.start_heights(&model);
-        let centre = |i: usize| {
-            let c = uvec2(i as u32 % model.cells.x, i as u32 / model.cells.x).as_vec2();
-            ((c + 0.5) / model.cells.as_vec2() - 0.5) * Vec2::from(self.size_m)
-        };
-        let ground = ground.filter(|_| self.model == Model::Waves);
-        if let Some(ground) = ground {
-            for (i, height) in height_m.iter_mut().enumerate() {
-                let at = centre(i);
-                if ground.height_at(at.x, at.y) > self.level_m {
-                    *height = water::LAND_M;
-                }
-            }
-        }
-        self.build_walls(&mut height_m);
-        let has_land = height_m.contains(&water::LAND_M);
-        let limit = model.longest_stable_s();
+    fn plan(&self, fps: f64, ground: Option<&Heightmap>) -> Result<WaterPlan, SceneError> {
+        let simulation = self.simulation(fps, ground)?;
+        let steps_per_picture = 1.0 / (fps * simulation.dt_s());
+        let taken = self.choice.taken();
         let reason = format!(
-            "{} as the scene asks; step {:.6} s, {:.0} % of the longest stable one; waves 8 columns long are expected to be \
-             {:.2} rad out of phase after 100 columns",
-            match self.model {
-                Model::Book => "the book's pipes, 40 bytes a column and step,",
-                Model::Waves => "flat bottom, linear: two floats a column, 16 bytes a column and step,",
-            },
-            model.dt_s,
-            100.0 * model.dt_s / limit,
-            self.predicted_phase_error(&model),
+            "{}, {}: expected error {} % at the end of the scene, {} % of it the model's and {} % the grid's; step {:.6} s, \
+             {:.0} % of the longest stable one",
+            taken.name,
+            self.choice.reason(self.tolerance),
+            percent_expected(taken.error()),
+            percent_expected(taken.model_error),
+            percent_expected(taken.grid_error),
+            simulation.dt_s(),
+            100.0 * simulation.dt_s() / simulation.longest_stable_s(),
         );
-        WaterPlan {
+        Ok(WaterPlan {
             name: self.name.clone(),
-            kind: self.model,
             reason,
             steps_per_picture,
             most_steps: self.max_catch_up_steps.unwrap_or(8.max((2.0 * steps_per_picture).ceil() as u32)),
-            has_land,
-            height_m,
-            is_disturbed: !self.drops.is_empty() || self.rain.is_some(),
+            is_disturbed: self.is_disturbed(),
             absorbing: self.absorbing(),
             bodies: self.fleet(),
-            model,
-        }
+            simulation,
+        })
     }
 
-    fn start_heights(&self, model: &water::Model) -> Vec<f32> {
-        let cells = model.cells;
-        let place = |i: u32| {
-            let c = uvec2(i % cells.x, i / cells.x).as_vec2();
-            ((c + 0.5) / cells.as_vec2() - 0.5) * Vec2::from(self.size_m)
-        };
-        let round = |at_m: [f32; 2], shape: &dyn Fn(f32) -> f32| -> Vec<f32> {
-            (0..cells.element_product()).map(|i| shape(place(i).distance(Vec2::from(at_m)))).collect()
-        };
-        match self.start {
-            Start::Flat => vec![0.0; cells.as_usizevec2().element_product()],
-            Start::Hump { height_m, at_m, radius_m } => {
-                round(at_m, &|r| height_m * (-0.5 * (r / radius_m).powi(2)).exp())
-            }
-            Start::Sombrero { height_m, at_m, radius_m } => round(at_m, &|r| {
-                let x = std::f32::consts::PI * r / radius_m;
-                if x == 0.0 {
-                    height_m
-                } else {
-                    height_m * x.sin() / x
-                }
-            }),
-            Start::Mode { height_m, waves } => {
-                let mode = water::oracle::mode(cells, UVec2::from(waves));
-                mode.into_iter().map(|h| (f64::from(height_m) * h) as f32).collect()
-            }
-        }
+    /// Whether drops fall or sources run, as opposed to even rain.
+    fn is_disturbed(&self) -> bool {
+        let drips = self.rain.as_ref().is_some_and(|rain| rain.drops_per_s > 0.0);
+        drips || !self.drops.is_empty() || !self.sources.is_empty()
     }
 }
 
@@ -177,11 +106,15 @@ impl Scene {
     /// If the heightmap cannot be used.
     pub fn plan(&self) -> Result<Plan, SceneError> {
         let ground = self.terrain_heights()?;
-        let waters: Vec<_> =
-            self.water.iter().map(|water| water.plan(self.output.fps, ground.as_ref())).collect();
+        let waters: Vec<_> = self
+            .water
+            .iter()
+            .map(|water| water.plan(self.output.fps, ground.as_ref()))
+            .collect::<Result<_, _>>()?;
         let mut warnings = ground.as_ref().map_or(Vec::new(), |ground| ground.warnings.clone());
         for (water, scene) in waters.iter().zip(&self.water) {
-            if water.height_m.iter().all(|&h| h == water::LAND_M) {
+            let comes = !scene.sources.is_empty() || scene.rain.is_some() && scene.model.has_ground();
+            if !water.simulation.has_water() && !comes {
                 warnings.push(format!(
                     "water `{}`: the ground is above level_m everywhere, there is no water",
                     water.name
@@ -200,16 +133,25 @@ impl Scene {
                 cells: uvec2(ground.columns, ground.rows),
                 size_m: Vec2::from(ground.size_m),
                 height_m: ground.height_m,
+                built: Vec::new(),
             },
             // A bed as deep as the deepest water, so that there is something to see through it.
             None => {
-                let bed = self.water.iter().map(|w| w.level_m - w.depth_m as f32).fold(f32::MAX, f32::min);
+                let beds = self.water.iter().map(|w| w.level_m - w.depth_m as f32);
+                let bed = beds.reduce(f32::min).unwrap_or(0.0);
                 TerrainGrid::flat(vec2(self.extent_m(), self.extent_m()), bed)
             }
         };
         works::raise_walls(&self.water, &mut terrain);
-        let mut plan =
-            Plan { waters, terrain, has_terrain, warnings, buffers: Vec::new(), passes: Vec::new() };
+        let mut plan = Plan {
+            waters,
+            emitters: self.plan_emitters()?,
+            terrain,
+            has_terrain,
+            warnings,
+            buffers: Vec::new(),
+            passes: Vec::new(),
+        };
         plan.list_buffers(self);
         plan.list_passes(self);
         Ok(plan)
@@ -222,6 +164,11 @@ impl Plan {
         self.buffers.iter().map(|buffer| buffer.bytes).sum()
     }
 
+    /// Whether there is ground to be seen; particles alone have none, and no sky either.
+    pub fn has_ground(&self) -> bool {
+        self.has_terrain || !self.waters.is_empty()
+    }
+
     fn list_buffers(&mut self, scene: &Scene) {
         let mut list = Vec::new();
         let mut add = |name: &str, bytes: u64, because: String| {
@@ -229,22 +176,36 @@ impl Plan {
         };
         for water in &self.waters {
             let because = format!("water.{}", water.name);
-            let cells = water.model.cells.as_u64vec2();
-            match water.kind {
-                Model::Book => {
-                    for i in 0..2 {
-                        add(&format!("water.columns.{i}"), 20 * cells.element_product(), because.clone());
-                    }
+            let cells = water.simulation.cells().as_u64vec2();
+            let plane = 4 * cells.x.next_multiple_of(4) * cells.y;
+            let mut pair = |name: &str, bytes: u64| {
+                for i in 0..2 {
+                    add(&format!("water.{name}.{i}"), bytes, because.clone());
                 }
-                Model::Waves => {
-                    let bytes = 4 * cells.x.next_multiple_of(4) * cells.y;
-                    for name in ["water.height_m.0", "water.height_m.1", "water.velocity_mps"] {
-                        add(name, bytes, because.clone());
+            };
+            match &water.simulation {
+                Simulation::Level { variant, is_fused, .. } => match variant.model {
+                    Model::Book => pair("columns", 20 * cells.element_product()),
+                    Model::Pipes => {
+                        pair("height_m", plane);
+                        pair("flow_mps", if variant.diagonal == 0.0 { 2 } else { 4 } * plane);
                     }
+                    _ => {
+                        pair("height_m", plane);
+                        match is_fused {
+                            true => pair("velocity_mps", plane),
+                            false => add("water.velocity_mps", plane, because.clone()),
+                        }
+                    }
+                },
+                Simulation::Depth { .. } => {
+                    pair("rise_m", plane);
+                    pair("flow", 2 * plane);
+                    add("water.bed_m", plane, because.clone());
                 }
             }
             if water.is_disturbed {
-                let why = format!("{because}.drop or .rain");
+                let why = format!("{because}.drop, .rain or .source");
                 add("water.disturbances", 16 + 32 * u64::from(DISTURBANCES), why.clone());
                 add("water.disturbance_counts", 12, why);
             }
@@ -257,12 +218,18 @@ impl Plan {
                 add("water.bodies", bytes, format!("{because}.body"));
             }
         }
-        if scene.output.view == View::Shaded {
+        if scene.output.view == View::Shaded && self.has_ground() {
             let samples = self.terrain.height_m.len() as u64;
             let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
             add("draw.terrain_m", 4 * samples, ground.into());
-            add("draw.light", 8 * samples, ground.into());
+            add("draw.light", 4 * samples, ground.into());
         }
+        for emitter in &self.emitters {
+            emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
+        }
+        let mut add = |name: &str, bytes: u64, because: String| {
+            list.push(PlannedBuffer { name: name.into(), bytes, because });
+        };
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
         add("draw.samples (4 a pixel, where the device has them)", 4 * 8 * pixels, size.into());
@@ -281,8 +248,9 @@ impl Plan {
                 self.passes.push(("water.draught".into(), 1.0));
                 self.passes.push(("water.body".into(), water.steps_per_picture));
             }
-            let step = if water.kind == Model::Book { "water.book" } else { "water.waves" };
-            self.passes.push((step.into(), water.steps_per_picture));
+            for pass in water.simulation.passes() {
+                self.passes.push(((*pass).into(), water.steps_per_picture));
+            }
             if water.absorbing.is_some() {
                 self.passes.push(("water.absorb".into(), water.steps_per_picture));
             }
@@ -293,12 +261,19 @@ impl Plan {
                 ));
             }
         }
-        let surface =
-            if scene.output.view == View::Wireframe { "water.wire" } else { "sky, terrain, water.surface" };
-        if scene.output.view == View::Shaded {
+        for emitter in &self.emitters {
+            emitter.list_steps(scene.output.fps, &mut self.passes);
+        }
+        let surface = match (self.has_ground(), scene.output.view) {
+            (false, _) => "nothing but particles",
+            (_, View::Wireframe) => "water.wire",
+            _ => "sky, terrain, water.surface",
+        };
+        if scene.output.view == View::Shaded && self.has_ground() {
             self.passes.push(("draw.light (with the first picture)".into(), 0.0));
         }
         self.passes.push((format!("draw.scene ({surface})"), 1.0));
+        emit::list_draws(&self.emitters, &mut self.passes);
         self.passes.push(("draw.tonemap".into(), 1.0));
     }
 }

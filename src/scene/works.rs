@@ -9,9 +9,12 @@ use super::{
         Table,
     },
     schema::{LENGTH, PLACE},
-    Model, WaterScene,
+    WaterScene,
 };
-use crate::{draw::TerrainGrid, water};
+use crate::{
+    draw::{Built, TerrainGrid},
+    water,
+};
 use glam::{dvec3, uvec2, vec2, DVec3, UVec2, Vec2};
 use serde::Serialize;
 
@@ -51,6 +54,19 @@ pub struct Wall {
     pub to_m: [f32; 2],
     /// How high it stands above the level (m), 1e-4 to 1e7, default a quarter of the depth.
     pub height_m: f32,
+    /// What it looks like, default stone.
+    pub look: WallLook,
+}
+
+/// What a wall looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WallLook {
+    /// A quay, a dam.
+    #[default]
+    Stone,
+    /// A house: plaster and tiles.
+    House,
 }
 
 /// A body that moves through the water, and is not moved by it.
@@ -138,6 +154,9 @@ pub(super) fn wall(mut table: Table<'_>, depth_m: f64) -> Wall {
         from_m: table.number("from_m", PLACE),
         to_m: table.number("to_m", PLACE),
         height_m: table.maybe("height_m", LENGTH).unwrap_or(0.25 * depth_m as f32),
+        look: table
+            .choice("look", &[("stone", WallLook::Stone), ("house", WallLook::House)])
+            .unwrap_or_default(),
     };
     if (0..2).any(|axis| wall.from_m[axis] == wall.to_m[axis]) {
         table.conflict("to_m", "is in line with from_m; a wall has two corners across");
@@ -207,16 +226,8 @@ pub(super) fn body(mut table: Table<'_>, column_m: f64) -> Body {
     Body { shape, yaw_deg, path }
 }
 
-/// What only goes with some models, and what depends on the grid.
+/// What depends on the grid.
 pub(super) fn check(table: &Table<'_>, water: &WaterScene) {
-    if water.model == Model::Book {
-        if water.borders.any_absorbs() {
-            table.conflict("borders", "absorb in model \"waves\" only; the book has no velocity to damp");
-        }
-        if !water.barriers.is_empty() {
-            table.conflict("wall", "is for model \"waves\"; the book's basin is the whole grid");
-        }
-    }
     if water.bodies.len() > water::bodies::MOST as usize {
         let (count, most) = (water.bodies.len(), water::bodies::MOST);
         table.blame("body", ProblemKind::OutOfRange, format!("has {count} bodies; allowed: {most}"));
@@ -321,6 +332,7 @@ pub(super) fn raise_walls(waters: &[WaterScene], ground: &mut TerrainGrid) {
             (ground.size_m / column_m).round().clamp(Vec2::splat(2.0), Vec2::splat(MOST_SAMPLES)).as_uvec2();
         ground.height_m = vec![ground.height_m[0]; ground.cells.as_usizevec2().element_product()];
     }
+    ground.built = vec![Built::Ground; ground.height_m.len()];
     for (water, wall) in waters.iter().flat_map(|water| water.barriers.iter().map(move |wall| (water, wall)))
     {
         let (lo, hi) = wall.corners();
@@ -329,6 +341,10 @@ pub(super) fn raise_walls(waters: &[WaterScene], ground: &mut TerrainGrid) {
             let at = ((c + vec2(0.5, 0.5)) / ground.cells.as_vec2() - 0.5) * ground.size_m;
             if at.cmpge(lo).all() && at.cmplt(hi).all() {
                 *height = height.max(water.level_m + wall.height_m);
+                ground.built[i] = match wall.look {
+                    WallLook::Stone => Built::Stone,
+                    WallLook::House => Built::House,
+                };
             }
         }
     }

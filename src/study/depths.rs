@@ -2,7 +2,7 @@
 //! Basins of any depth for hard cases, benches and studies, as [`super::runs`] has them for waves.
 
 use super::{
-    runs::{time, Effort, Timing},
+    runs::{larger, time, Effort, Timing},
     Result,
 };
 use crate::{
@@ -63,6 +63,20 @@ impl DepthBasin {
             Tier::Wet => Wet::new(gpu, tuning)?.state(model.cells)?,
             Tier::Shallow => Shallow::new(gpu, tuning)?.state(model.cells)?,
         };
+        Self::of(gpu, state, model, columns)
+    }
+
+    /// A basin of [`Tier::Shallow`] without advection.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn without_advection(gpu: &Gpu, model: &DepthModel, columns: &Columns) -> Result<Self> {
+        model.check(Tier::Shallow).map_err(crate::water::Error::from)?;
+        let tuning = Tier::Shallow.tuning(gpu, model.cells);
+        Self::of(gpu, Shallow::without_advection(gpu, tuning)?.state(model.cells)?, model, columns)
+    }
+
+    fn of(gpu: &Gpu, state: DepthState, model: &DepthModel, columns: &Columns) -> Result<Self> {
         state.upload(gpu, columns)?;
         let params = model.params(state.pitch());
         Ok(Self { gpu: gpu.clone(), submitter: Submitter::new(gpu, 0)?, state, params })
@@ -155,7 +169,7 @@ pub fn from_twin(gpu: &Gpu, tier: Tier, tuning: Tuning, cells: UVec2) -> Result<
     (0..STEPS).for_each(|_| twin.step());
     let got = basin.columns()?.rise_m;
     if twin.rise_m.iter().filter(|h| **h != f64::from(LAND_M)).all(|h| *h == 0.0) {
-        return Ok(got.iter().map(|h| f64::from(h.abs())).fold(0.0, f64::max));
+        return Ok(got.iter().map(|h| f64::from(h.abs())).fold(0.0, larger));
     }
     Ok(super::runs::apart(&got, &twin.rise_m))
 }

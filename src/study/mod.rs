@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
+pub mod ballistic;
 pub mod bench;
+pub mod black_hole;
 pub mod depths;
 pub mod hard;
 pub mod linear;
@@ -13,10 +15,14 @@ pub mod shapes;
 
 use crate::{
     gpu::{self, Gpu},
-    run::atomic::{write_atomic, FileError},
+    particles,
+    run::{
+        self,
+        atomic::{write_atomic, FileError},
+    },
     water,
 };
-use shapes::Study;
+use shapes::{Headline, Parts, Study, StudyResult};
 use std::{fs, io, io::Write, path::Path};
 
 /// Result with [`enum@Error`].
@@ -28,9 +34,15 @@ pub enum Error {
     /// A basin's.
     #[error(transparent)]
     Water(#[from] water::Error),
+    /// A pool's.
+    #[error(transparent)]
+    Particles(#[from] particles::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
+    /// A scene's.
+    #[error(transparent)]
+    Run(#[from] run::RunError),
     /// A report could not be written.
     #[error(transparent)]
     File(#[from] FileError),
@@ -78,12 +90,23 @@ pub struct Progress<'a> {
 /// Told before each part.
 pub type OnProgress<'a> = &'a mut dyn FnMut(Progress<'_>);
 
+/// What a study found.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Its points.
+    pub studies: Vec<StudyResult>,
+    /// Its findings.
+    pub headlines: Vec<Headline>,
+    /// Where the errors come from.
+    pub parts: Vec<Parts>,
+}
+
 /// Runs the studies whose name contains one of `names`, all if there are none. `quick` leaves out the long ones.
 ///
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -92,17 +115,31 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     let is_wanted = |name: &str| names.is_empty() || names.iter().any(|part| name.contains(part.as_str()));
     let mut studies = Vec::new();
+    let (mut headlines, mut parts) = (Vec::new(), Vec::new());
+    let mut take = |found: Found| {
+        headlines.extend(found.headlines);
+        parts.extend(found.parts);
+        found.studies
+    };
     if is_wanted(linear::NAME) {
-        studies.push(linear::study(gpu, quick, progress)?);
+        studies.extend(take(linear::study(gpu, quick, progress)?));
     }
     if is_wanted(nonlinear::NAME) {
-        studies.extend(nonlinear::study(gpu, quick, progress)?);
+        studies.extend(take(nonlinear::study(gpu, quick, progress)?));
+    }
+    if is_wanted(black_hole::NAME) {
+        studies.extend(black_hole::study(gpu, quick, progress)?);
+    }
+    if is_wanted(ballistic::NAME) {
+        studies.extend(take(ballistic::study(gpu, quick, progress)?));
     }
     Ok(Study {
         device: gpu.name().into(),
         driver: gpu.adapter().driver.clone(),
         clock: gpu.clock()?.name().into(),
         studies,
+        headlines,
+        parts,
     })
 }
 
@@ -122,7 +159,7 @@ pub fn write_report(study: &Study, dir: &Path, date: &str) -> Result<()> {
     for result in &study.studies {
         let title = format!("{}: {}, on {}", result.sim, result.study, study.device);
         let metric = result.points.first().map_or("error", |point| &point.metric);
-        let plot = plot::log_log(&title, metric, "ms per simulated second", &page::curves(result));
+        let plot = plot::panels(&title, "ms per simulated second", metric, &page::panels(result));
         write(&format!("{}-{}.svg", result.sim, result.study.replace(", ", "-").replace(' ', "-")), &plot)?;
         plots.push(plot);
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A study as one HTML page that needs nothing else: no scripts, no fonts, no other files.
 
-use super::plot::{escaped, short, Curve};
-use super::shapes::{Study, StudyResult};
+use super::plot::{escaped, short, Curve, Mark, Panel};
+use super::shapes::{Headline, Parts, Point, Study, StudyResult};
 
 const STYLE: &str = "
 :root{color-scheme:light dark;--text:#1c1e21;--quiet:#5c636b;--line:#d9dce0;--ground:#fff;--mark:#eef5fb}
@@ -25,28 +25,51 @@ details{margin:1rem 0}summary{cursor:pointer;color:var(--quiet)}
   details::details-content{content-visibility:visible;display:block}}
 ";
 
-/// The curves of a study for [`log_log`](super::plot::log_log), error along x and cost along y: one for each
-/// variant and size, from the largest step to the smallest, in the order in which the variants first appear.
-pub fn curves(result: &StudyResult) -> Vec<Curve> {
-    let one_size = result.points.iter().all(|p| p.size == result.points[0].size);
-    let mut keys: Vec<(&str, u32)> = Vec::new();
-    for p in &result.points {
-        if !keys.contains(&(&p.variant, p.size)) {
-            keys.push((&p.variant, p.size));
+/// More variants than this are drawn in several panels.
+const MOST_CURVES: usize = 8;
+
+/// A study for [`panels`](super::plot::panels), cost along x and error along y: a curve a variant, through those of its
+/// points that no other one of the same variant beats, the others as dots. Where there are many variants, those that
+/// begin alike, as `waves/fused/w0` and `waves/fused/w1`, share a panel, and what has no such beginning is in each.
+pub fn panels(result: &StudyResult) -> Vec<Panel> {
+    let mut variants: Vec<&str> = Vec::new();
+    for point in &result.points {
+        if !variants.contains(&point.variant.as_str()) {
+            variants.push(&point.variant);
         }
     }
-    let curve = |(variant, size): (&str, u32)| {
-        let mut points: Vec<_> =
-            result.points.iter().filter(|p| p.variant == variant && p.size == size).collect();
-        points.sort_by(|a, b| b.step.total_cmp(&a.step));
-        Curve {
-            name: variant.to_owned(),
-            detail: if one_size { String::new() } else { size.to_string() },
-            points: points.iter().map(|p| (p.error.unwrap_or(f64::NAN), p.ms_per_sim_second)).collect(),
-            pareto: points.iter().map(|p| p.pareto).collect(),
+    let mut parents: Vec<&str> = Vec::new();
+    for (parent, _) in variants.iter().filter_map(|variant| variant.rsplit_once('/')) {
+        if !parents.contains(&parent) {
+            parents.push(parent);
         }
+    }
+    let curve = |variant: &str, name: &str| Curve { name: name.to_owned(), marks: marks(result, variant) };
+    if variants.len() <= MOST_CURVES || parents.len() < 2 {
+        let curves = variants.iter().map(|variant| curve(variant, variant)).collect();
+        return vec![Panel { title: String::new(), curves }];
+    }
+    let named = |parent: &str, variant: &&str| match variant.rsplit_once('/') {
+        Some((its, name)) if its == parent => Some(curve(variant, name)),
+        Some(_) => None,
+        None => Some(curve(variant, variant)),
     };
-    keys.into_iter().map(curve).collect()
+    let curves = |parent: &str| variants.iter().filter_map(|variant| named(parent, variant)).collect();
+    parents.iter().map(|parent| Panel { title: (*parent).to_owned(), curves: curves(parent) }).collect()
+}
+
+/// The points of a variant, the cheapest first.
+fn marks(result: &StudyResult, variant: &str) -> Vec<Mark> {
+    let mut own: Vec<&Point> = result.points.iter().filter(|p| p.variant == variant).collect();
+    own.sort_by(|a, b| a.ms_per_sim_second.total_cmp(&b.ms_per_sim_second));
+    let error = |p: &Point| p.error.unwrap_or(f64::NAN);
+    let mark = |(i, p): (usize, &&Point)| Mark {
+        at: (p.ms_per_sim_second, error(p)),
+        detail: format!("{}, step {} s", p.size, short(p.step)),
+        is_joined: !own[..i].iter().any(|cheaper| error(cheaper) <= error(p)),
+        is_pareto: p.pareto,
+    };
+    own.iter().enumerate().map(mark).collect()
 }
 
 /// The page: `plots` are SVG texts, one for each study in the same order; a study past their end has none.
@@ -58,12 +81,56 @@ pub fn page(study: &Study, title: &str, date: &str, plots: &[String]) -> String 
     let plots = plots.iter().map(String::as_str).chain(std::iter::repeat(""));
     let sections: String =
         study.studies.iter().zip(plots).map(|(result, plot)| section(result, plot)).collect();
+    let (headlines, parts) = (headlines(&study.headlines), parts(&study.parts));
     let title = escaped(title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n\
-         <dl>\n{facts}</dl>\n</header>\n{sections}</body>\n</html>\n"
+         <dl>\n{facts}</dl>\n</header>\n{headlines}{sections}{parts}</body>\n</html>\n"
+    )
+}
+
+fn headlines(all: &[Headline]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let item = |headline: &Headline| {
+        let value =
+            headline.value.map_or("not measured".to_owned(), |x| format!("{} {}", short(x), headline.unit));
+        let (what, note) = (escaped(&headline.what), escaped(&headline.note));
+        format!(
+            "<li>{what}: <strong>{}</strong>. <span class=\"quiet\">{note}</span></li>\n",
+            escaped(&value)
+        )
+    };
+    format!(
+        "<section>\n<h2>Findings</h2>\n<ul>\n{}</ul>\n</section>\n",
+        all.iter().map(item).collect::<String>()
+    )
+}
+
+fn parts(all: &[Parts]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let or_none = |x: Option<f64>| x.map_or("–".to_owned(), short);
+    let line = |part: &Parts| {
+        let numbers = [part.truncation, part.model, part.rounding].map(or_none);
+        let study = format!("{}: {}", part.sim, part.study);
+        let [truncation, model, rounding] = numbers.each_ref().map(String::as_str);
+        let (size, step) = (part.size.to_string(), short(part.step));
+        row("", &[], &format!("{study}, {}", part.variant), &[&size, &step, truncation, model, rounding])
+    };
+    let n = "<th class=\"number\">";
+    format!(
+        "<section>\n<h2>Where the error comes from</h2>\n\
+         <p class=\"quiet\">Of the scheme in f64: how far it is from what it converges to (truncation), and how far that is \
+         from the exact solution (model). Of the device: how far it is from the scheme in f64 (rounding). All in the \
+         metric of the study.</p>\n\
+         <table>\n<tr><th>Variant</th>{n}Size</th>{n}Step (s)</th>{n}Truncation</th>{n}Model</th>{n}Rounding</th></tr>\n\
+         {}</table>\n</section>\n",
+        all.iter().map(line).collect::<String>()
     )
 }
 

@@ -3,40 +3,65 @@
 
 use std::fmt::Write;
 
-/// One curve of a plot.
+/// One measurement in a plot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
-    /// What tells it from other curves of its name, shown beside its first point; may be empty.
+pub struct Mark {
+    /// Along the axes.
+    pub at: (f64, f64),
+    /// What tells it from others of its curve; may be empty.
     pub detail: String,
-    /// As the legend shows it; curves of one name share colour, marker and line of the legend.
-    pub name: String,
-    /// (x, y), joined in this order.
-    pub points: Vec<(f64, f64)>,
-    /// Which of the points are on the Pareto front; points past the end are not.
-    pub pareto: Vec<bool>,
+    /// The curve's line goes through it; others are small dots beside the line.
+    pub is_joined: bool,
+    /// It is on the Pareto front of all panels.
+    pub is_pareto: bool,
 }
 
-/// Picture and axes rectangle (pixels).
-const WIDTH: f64 = 860.0;
+/// One curve of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// As the legend shows it; curves of one name share colour, marker and line of the legend, in all panels.
+    pub name: String,
+    /// Those that are joined, in this order.
+    pub marks: Vec<Mark>,
+}
+
+/// Curves in one pair of axes. All panels of a plot show the same ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// Above the axes; empty if there is one panel only.
+    pub title: String,
+    /// Those of the first panel are first in the legend.
+    pub curves: Vec<Curve>,
+}
+
+/// Picture, and the axes rectangle of the first panel (pixels).
 const LEFT: f64 = 84.0;
-const RIGHT: f64 = 600.0;
-const TOP: f64 = 58.0;
-const BOTTOM: f64 = 430.0;
-/// Where the legend starts, and its line height (pixels).
-const LEGEND: f64 = RIGHT + 26.0;
+const TOP: f64 = 64.0;
+/// Axes rectangle alone, and as one of several (pixels).
+const ALONE: (f64, f64) = (520.0, 380.0);
+const SMALL: (f64, f64) = (356.0, 262.0);
+/// From the end of one panel to the start of the next (pixels).
+const GAP: (f64, f64) = (40.0, 78.0);
+/// From the last panel to the legend, its width, and its line height (pixels).
+const LEGEND_GAP: f64 = 26.0;
+const LEGEND_WIDTH: f64 = 230.0;
 const LINE: f64 = 21.0;
 
-/// Okabe and Ito's palette without its yellow, which is too light for lines on white.
-const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222"];
+/// Okabe and Ito's palette without its yellow, which is too light for lines on white, and three more.
+const COLOURS: [&str; 10] = [
+    "#222222", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7b5bb5", "#8c564b",
+    "#7f8c1d",
+];
 
 /// Every rule is confined to the plot: the SVG may stand inside a page, whose text has the same classes.
 const STYLE: &str =
     ".plot text{font:12.5px system-ui,-apple-system,'Segoe UI',Roboto,Helvetica,Arial,sans-serif;\
-    fill:#222}.plot .title{font-size:16px;font-weight:600}.plot .label{font-size:13px;fill:#444}\
-    .plot .note{font-size:11.5px;fill:#666}.plot .detail{font-size:10px;fill:#555;text-anchor:end}.plot .major{stroke:#dcdcdc}.plot .minor{stroke:#f1f1f1}\
+    fill:#222}.plot .title{font-size:16px;font-weight:600}.plot .panel{font-weight:600}\
+    .plot .label{font-size:13px;fill:#444}.plot .note{font-size:11.5px;fill:#666}\
+    .plot .detail{font-size:10px;fill:#555}.plot .major{stroke:#dcdcdc}.plot .minor{stroke:#f1f1f1}\
     .plot .frame{stroke:#777;fill:none}.plot .front{stroke:#c9c9c9;stroke-width:7;fill:none;\
     stroke-linejoin:round;stroke-linecap:round}.plot .curve{stroke-width:1.8;fill:none;stroke-linejoin:round}\
-    .plot .marker{stroke:#fff;stroke-width:1}";
+    .plot .marker{stroke:#fff;stroke-width:1}.plot .dot{opacity:.4}";
 
 /// A logarithmic axis that covers whole decades when they are few, else a little more than the data.
 struct Axis {
@@ -93,134 +118,173 @@ impl Axis {
     }
 }
 
-/// A log-log plot of `curves` with a legend beside the axes. The points marked as Pareto optimal, small x and
-/// small y being good, are joined by a grey staircase. Points that a logarithmic axis cannot show are left
-/// out and counted in a note.
+/// A log-log plot of `curves` with a legend beside the axes. The points marked as Pareto optimal, small x and small y
+/// being good, are joined by a grey staircase. Points that a logarithmic axis cannot show are left out and counted in a
+/// note.
 pub fn log_log(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> String {
-    draw(title, x_label, y_label, curves).expect("writing to a String cannot fail")
+    panels(title, x_label, y_label, &[Panel { title: String::new(), curves: curves.to_vec() }])
 }
 
-fn draw(title: &str, x_label: &str, y_label: &str, curves: &[Curve]) -> Result<String, std::fmt::Error> {
-    let shown = |&&(x, y): &&(f64, f64)| x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0;
-    let points = || curves.iter().flat_map(|c| &c.points).filter(shown);
-    let x = Axis::new(points().map(|p| p.0), (LEFT, RIGHT));
-    let y = Axis::new(points().map(|p| p.1), (BOTTOM, TOP));
-    let dropped = curves.iter().map(|c| c.points.len()).sum::<usize>() - points().count();
-    let front = pareto_front(curves);
+/// [`log_log`] in several pairs of axes of the same ranges, two beside each other, each with the one Pareto front of all.
+pub fn panels(title: &str, x_label: &str, y_label: &str, panels: &[Panel]) -> String {
+    draw(title, x_label, y_label, panels).expect("writing to a String cannot fail")
+}
+
+fn is_shown(mark: &&Mark) -> bool {
+    let (x, y) = mark.at;
+    x.is_finite() && y.is_finite() && x > 0.0 && y > 0.0
+}
+
+fn draw(title: &str, x_label: &str, y_label: &str, panels: &[Panel]) -> Result<String, std::fmt::Error> {
+    let all = || panels.iter().flat_map(|panel| &panel.curves).flat_map(|curve| &curve.marks);
+    let shown = || all().filter(is_shown).map(|mark| mark.at);
+    let front =
+        pareto_front(all().filter(is_shown).filter(|mark| mark.is_pareto).map(|mark| mark.at).collect());
     let mut names: Vec<&str> = Vec::new();
-    for curve in curves {
+    for curve in panels.iter().flat_map(|panel| &panel.curves) {
         if !names.contains(&curve.name.as_str()) {
             names.push(&curve.name);
         }
     }
-    let height = (BOTTOM + 84.0).max(TOP + LINE * (names.len() as f64 + 2.0));
+
+    let columns = panels.len().clamp(1, 2);
+    let (width, height) = if panels.len() > 1 { SMALL } else { ALONE };
+    let rows = panels.len().div_ceil(columns).max(1);
+    // With one place left in the last row, the legend stands there.
+    let legend_inside = panels.len() > 1 && panels.len() % 2 == 1;
+    let right = LEFT + columns as f64 * (width + GAP.0) - GAP.0;
+    let bottom = TOP + rows as f64 * (height + GAP.1) - GAP.1;
+    let (legend, legend_top) = match legend_inside {
+        true => (LEFT + width + GAP.0 + 30.0, bottom - height + 16.0),
+        false => (right + LEGEND_GAP, TOP + 8.0),
+    };
+    let whole_width = right + if legend_inside { 24.0 } else { LEGEND_GAP + LEGEND_WIDTH };
+    let whole_height = (bottom + 84.0).max(legend_top + LINE * (names.len() as f64 + 2.0));
 
     let mut svg = String::new();
     let s = &mut svg;
     writeln!(
         s,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" class="plot" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}">"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" class="plot" viewBox="0 0 {whole_width} {whole_height}" width="{whole_width}">"#
     )?;
     writeln!(s, "<title>{}</title>\n<style>{STYLE}</style>", escaped(title))?;
     writeln!(s, r##"<rect width="100%" height="100%" fill="#fff"/>"##)?;
-    writeln!(s, r#"<text class="title" x="{LEFT}" y="32">{}</text>"#, escaped(title))?;
-    grid(s, &x, &y)?;
-    let middle = ((LEFT + RIGHT) / 2.0, (TOP + BOTTOM) / 2.0);
-    writeln!(
-        s,
-        r#"<text class="label" x="{}" y="{}" text-anchor="middle">{}</text>"#,
-        middle.0,
-        BOTTOM + 46.0,
-        escaped(x_label)
-    )?;
-    writeln!(
-        s,
-        r#"<text class="label" transform="translate(24 {}) rotate(-90)" text-anchor="middle">{}</text>"#,
-        middle.1,
-        escaped(y_label)
-    )?;
-
-    if let Some(first) = front.first() {
-        let mut path = format!("M{:.1} {:.1}", x.at(first.0), y.at(first.1));
-        for p in &front[1..] {
-            write!(path, "H{:.1}V{:.1}", x.at(p.0), y.at(p.1))?;
+    writeln!(s, r#"<text class="title" x="{LEFT}" y="28">{}</text>"#, escaped(title))?;
+    for (i, panel) in panels.iter().enumerate() {
+        let left = LEFT + (i % columns) as f64 * (width + GAP.0);
+        let top = TOP + (i / columns) as f64 * (height + GAP.1);
+        let x = Axis::new(shown().map(|p| p.0), (left, left + width));
+        let y = Axis::new(shown().map(|p| p.1), (top + height, top));
+        let is_lowest = i + columns >= panels.len();
+        axes(s, &x, &y, is_lowest.then_some(x_label), (i % columns == 0).then_some(y_label))?;
+        writeln!(s, r#"<text class="panel" x="{left}" y="{}">{}</text>"#, top - 8.0, escaped(&panel.title))?;
+        if let Some(first) = front.first() {
+            let mut path = format!("M{:.1} {:.1}", x.at(first.0), y.at(first.1));
+            for p in &front[1..] {
+                write!(path, "H{:.1}V{:.1}", x.at(p.0), y.at(p.1))?;
+            }
+            writeln!(s, r#"<path class="front" d="{path}"/>"#)?;
         }
-        writeln!(s, r#"<path class="front" d="{path}"/>"#)?;
+        // All dots below all lines.
+        for is_joined in [false, true] {
+            for curve in &panel.curves {
+                let index = names.iter().position(|name| *name == curve.name).unwrap_or(0);
+                draw_curve(s, index, curve, is_joined, |p| (x.at(p.0), y.at(p.1)))?;
+            }
+        }
     }
-    let mut listed = 0;
-    for curve in curves {
-        let index = names.iter().position(|name| *name == curve.name).unwrap_or(0);
-        let colour = COLOURS[index % COLOURS.len()];
-        let visible: Vec<(f64, f64)> = curve.points.iter().filter(shown).copied().collect();
-        let line: Vec<String> =
-            visible.iter().map(|p| format!("{:.1},{:.1}", x.at(p.0), y.at(p.1))).collect();
-        writeln!(s, r#"<g><polyline class="curve" stroke="{colour}" points="{}"/>"#, line.join(" "))?;
-        if let Some(first) = visible.first().filter(|_| !curve.detail.is_empty()) {
-            let (left, below) = (x.at(first.0) - 8.0, y.at(first.1) + 14.0);
-            writeln!(
-                s,
-                r#"<text class="detail" x="{left:.1}" y="{below:.1}">{}</text>"#,
-                escaped(&curve.detail)
-            )?;
-        }
-        for p in visible {
-            let tip = format!("{} {}: {}, {}", curve.name, curve.detail, short(p.0), short(p.1));
-            marker(s, index, colour, (x.at(p.0), y.at(p.1)), &tip)?;
-        }
-        if index < listed {
-            writeln!(s, "</g>")?;
-            continue;
-        }
-        listed = index + 1;
-        let line = TOP + 8.0 + LINE * index as f64;
-        writeln!(s, r#"<path class="curve" stroke="{colour}" d="M{LEGEND} {line}h26"/>"#)?;
-        marker(s, index, colour, (LEGEND + 13.0, line), &curve.name)?;
-        writeln!(s, r#"<text x="{}" y="{}">{}</text></g>"#, LEGEND + 34.0, line + 4.5, escaped(&curve.name))?;
+    for (index, name) in names.iter().enumerate() {
+        let (colour, line) = (COLOURS[index % COLOURS.len()], legend_top + LINE * index as f64);
+        writeln!(s, r#"<g><path class="curve" stroke="{colour}" d="M{legend} {line}h26"/>"#)?;
+        marker(s, index, colour, (legend + 13.0, line), 1.0, name)?;
+        writeln!(s, r#"<text x="{}" y="{}">{}</text></g>"#, legend + 34.0, line + 4.5, escaped(name))?;
     }
     if !front.is_empty() {
-        let line = TOP + 8.0 + LINE * names.len() as f64;
-        writeln!(s, r#"<path class="front" d="M{} {line}h20"/>"#, LEGEND + 3.0)?;
-        writeln!(s, r#"<text x="{}" y="{}">Pareto front</text>"#, LEGEND + 34.0, line + 4.5)?;
+        let line = legend_top + LINE * names.len() as f64;
+        writeln!(s, r#"<path class="front" d="M{} {line}h20"/>"#, legend + 3.0)?;
+        writeln!(s, r#"<text x="{}" y="{}">Pareto front</text>"#, legend + 34.0, line + 4.5)?;
     }
+    let dropped = all().count() - shown().count();
     if dropped > 0 {
         let points = if dropped == 1 { "1 point is" } else { &format!("{dropped} points are") };
         writeln!(
             s,
             r#"<text class="note" x="{LEFT}" y="{}">{points} not shown: not finite or not positive.</text>"#,
-            BOTTOM + 70.0
+            bottom + 70.0
         )?;
     }
     s.push_str("</svg>\n");
     Ok(svg)
 }
 
-fn grid(s: &mut String, x: &Axis, y: &Axis) -> std::fmt::Result {
-    let (columns, rows) = (x.major(), y.major());
-    for at in x.minor() {
-        writeln!(s, r#"<path class="minor" d="M{at:.1} {TOP}V{BOTTOM}"/>"#)?;
+/// The marks of a curve that are joined, and the line through them; or the others, as dots.
+fn draw_curve(
+    s: &mut String,
+    index: usize,
+    curve: &Curve,
+    is_joined: bool,
+    place: impl Fn((f64, f64)) -> (f64, f64),
+) -> std::fmt::Result {
+    let colour = COLOURS[index % COLOURS.len()];
+    let marks: Vec<&Mark> =
+        curve.marks.iter().filter(is_shown).filter(|mark| mark.is_joined == is_joined).collect();
+    writeln!(s, "<g>")?;
+    if is_joined {
+        let at = marks.iter().map(|mark| place(mark.at)).map(|(x, y)| format!("{x:.1},{y:.1}"));
+        let line: Vec<String> = at.collect();
+        writeln!(s, r#"<polyline class="curve" stroke="{colour}" points="{}"/>"#, line.join(" "))?;
     }
-    for at in y.minor() {
-        writeln!(s, r#"<path class="minor" d="M{LEFT} {at:.1}H{RIGHT}"/>"#)?;
+    for mark in &marks {
+        let tip = format!("{} {}: {}, {}", curve.name, mark.detail, short(mark.at.0), short(mark.at.1));
+        marker(s, index, colour, place(mark.at), if is_joined { 1.0 } else { 0.45 }, &tip)?;
     }
-    for (at, label) in &columns {
-        writeln!(s, r#"<path class="major" d="M{at:.1} {TOP}V{BOTTOM}"/>"#)?;
-        writeln!(s, r#"<text x="{at:.1}" y="{}" text-anchor="middle">{label}</text>"#, BOTTOM + 20.0)?;
-    }
-    for (at, label) in &rows {
-        writeln!(s, r#"<path class="major" d="M{LEFT} {at:.1}H{RIGHT}"/>"#)?;
-        writeln!(s, r#"<text x="{}" y="{:.1}" text-anchor="end">{label}</text>"#, LEFT - 9.0, at + 4.5)?;
-    }
-    writeln!(s, r#"<path class="frame" d="M{LEFT} {TOP}V{BOTTOM}H{RIGHT}"/>"#)
+    writeln!(s, "</g>")
 }
 
-/// The marked points from the left to the right, those that another one beats left out, so that the line
-/// between them never turns up.
-fn pareto_front(curves: &[Curve]) -> Vec<(f64, f64)> {
-    let marked = curves.iter().flat_map(|c| c.points.iter().zip(&c.pareto));
-    let mut front: Vec<(f64, f64)> = marked
-        .filter(|((x, y), on)| **on && x.is_finite() && y.is_finite() && *x > 0.0 && *y > 0.0)
-        .map(|(p, _)| *p)
-        .collect();
+/// Lines, numbers and, where there is one, the label of each axis.
+fn axes(
+    s: &mut String,
+    x: &Axis,
+    y: &Axis,
+    x_label: Option<&str>,
+    y_label: Option<&str>,
+) -> std::fmt::Result {
+    let ((left, right), (bottom, top)) = (x.pixels, y.pixels);
+    for at in x.minor() {
+        writeln!(s, r#"<path class="minor" d="M{at:.1} {top}V{bottom}"/>"#)?;
+    }
+    for at in y.minor() {
+        writeln!(s, r#"<path class="minor" d="M{left} {at:.1}H{right}"/>"#)?;
+    }
+    for (at, label) in &x.major() {
+        writeln!(s, r#"<path class="major" d="M{at:.1} {top}V{bottom}"/>"#)?;
+        writeln!(s, r#"<text x="{at:.1}" y="{}" text-anchor="middle">{label}</text>"#, bottom + 20.0)?;
+    }
+    for (at, label) in &y.major() {
+        writeln!(s, r#"<path class="major" d="M{left} {at:.1}H{right}"/>"#)?;
+        if y_label.is_some() {
+            writeln!(s, r#"<text x="{}" y="{:.1}" text-anchor="end">{label}</text>"#, left - 9.0, at + 4.5)?;
+        }
+    }
+    writeln!(s, r#"<path class="frame" d="M{left} {top}V{bottom}H{right}"/>"#)?;
+    if let Some(label) = x_label {
+        let (middle, below) = (0.5 * (left + right), bottom + 44.0);
+        let label = escaped(label);
+        writeln!(s, r#"<text class="label" x="{middle}" y="{below}" text-anchor="middle">{label}</text>"#)?;
+    }
+    if let Some(label) = y_label {
+        let (beside, middle) = (left - 60.0, 0.5 * (top + bottom));
+        let label = escaped(label);
+        writeln!(
+            s,
+            r#"<text class="label" transform="translate({beside} {middle}) rotate(-90)" text-anchor="middle">{label}</text>"#
+        )?;
+    }
+    Ok(())
+}
+
+/// From the left to the right, those that another one beats left out, so that the line between them never turns up.
+fn pareto_front(mut front: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     front.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut lowest = f64::INFINITY;
     front.retain(|p| {
@@ -233,7 +297,14 @@ fn pareto_front(curves: &[Curve]) -> Vec<(f64, f64)> {
 
 /// One of seven shapes, so that curves are told apart without their colours; every shape covers about the
 /// same area.
-fn marker(s: &mut String, index: usize, colour: &str, (x, y): (f64, f64), tip: &str) -> std::fmt::Result {
+fn marker(
+    s: &mut String,
+    index: usize,
+    colour: &str,
+    (x, y): (f64, f64),
+    scale: f64,
+    tip: &str,
+) -> std::fmt::Result {
     let shape = match index % 7 {
         0 => "M-4.5 0a4.5 4.5 0 1 0 9 0a4.5 4.5 0 1 0-9 0z",
         1 => "M-4-4h8v8h-8z",
@@ -243,7 +314,14 @@ fn marker(s: &mut String, index: usize, colour: &str, (x, y): (f64, f64), tip: &
         5 => "M-1.8-5.2h3.6v3.4h3.4v3.6h-3.4v3.4h-3.6v-3.4h-3.4v-3.6h3.4z",
         _ => "M-5-2.9L0-5.8L5-2.9V2.9L0 5.8L-5 2.9z",
     };
-    write!(s, r#"<path class="marker" fill="{colour}" transform="translate({x:.1} {y:.1})" d="{shape}">"#)?;
+    let (class, scaled) = match scale < 1.0 {
+        true => ("marker dot", format!(" scale({scale})")),
+        false => ("marker", String::new()),
+    };
+    write!(
+        s,
+        r#"<path class="{class}" fill="{colour}" transform="translate({x:.1} {y:.1}){scaled}" d="{shape}">"#
+    )?;
     writeln!(s, "<title>{}</title></path>", escaped(tip))
 }
 

@@ -6,16 +6,17 @@ use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
         cpu, cpu_fourth, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb, DisturbParams,
-        Disturbance, Fourth, FourthState, Fused, FusedState, FusedTuning, Invalid, Model, Params, Pipes,
-        PipesState, PipesTuning, Tuning, Walls, Waves, WavesState, LAND_M,
+        Disturbance, Fourth, FourthState, Fused, FusedState, FusedTuning, Halves, HalvesState, Invalid,
+        Model, Params, Pipes, PipesState, PipesTuning, Tuning, Walls, Waves, WavesState, LAND_M,
     },
 };
 use glam::UVec2;
 use std::time::Instant;
 
-/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` if it looks for land and
-/// `/fused` if it takes several steps a dispatch, or `waves/fourth`, with `/land` too, or `pipes` with the options of
-/// `waves/w0.25`.
+/// A water kernel and its options, as results name them: `book`, or `waves/w0.25` with `/land` or `/coast` if it looks for
+/// land, everywhere or in a few places, and
+/// `/fused` if it takes several steps a dispatch and `/f16` if it stores halves, or `waves/fourth`, with `/land` too, or
+/// `pipes` with the options of `waves/w0.25` but `/f16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// The kernel is `water.book`, else `water.waves` or `water.fourth`.
@@ -30,6 +31,8 @@ pub struct Scheme {
     pub is_fused: bool,
     /// The kernel is `water.pipes` or `water.pipes_fused`.
     pub is_pipes: bool,
+    /// The kernel is `water.waves_f16` or `water.fused_f16`.
+    pub is_f16: bool,
 }
 
 impl Scheme {
@@ -44,12 +47,14 @@ impl Scheme {
         let weight = variant.split('/').find_map(|option| option.strip_prefix('w')?.parse().ok());
         let weight = weight.or(is_book.then_some(1.0)).or(is_fourth.then_some(0.25));
         let diagonal = weight.unwrap_or_else(|| panic!("`{variant}` names no scheme"));
-        Self { is_book, is_fourth, diagonal, has_land: has("land"), is_fused: has("fused"), is_pipes }
+        let (has_land, is_fused, is_f16) = (has("land") || has("coast"), has("fused"), has("f16"));
+        Self { is_book, is_fourth, diagonal, has_land, is_fused, is_pipes, is_f16 }
     }
 
     /// Read once and written once by a dispatch, for each column.
     pub fn bytes_a_column(self) -> f64 {
         match (self.is_book, self.is_pipes, self.diagonal > 0.0) {
+            (false, false, _) if self.is_f16 => 8.0,
             (false, false, _) => 16.0,
             (false, true, false) => 24.0,
             _ => 40.0,
@@ -136,6 +141,7 @@ enum State {
     Fused(FusedState),
     Fourth(FourthState),
     Pipes(PipesState),
+    Halves(HalvesState),
 }
 
 impl State {
@@ -167,6 +173,7 @@ impl State {
             }
             Self::Fused(state) => state.record(rec, &from_rest(model.params(state.pitch())), steps),
             Self::Pipes(state) => state.record(rec, &from_rest(model.params(state.pitch())), steps),
+            Self::Halves(state) => state.record(rec, &from_rest(model.params(state.pitch())), steps),
         }
         barrier(rec);
     }
@@ -199,15 +206,20 @@ impl Basin {
     /// Bad input, or the device's.
     pub fn tuned(gpu: &Gpu, scheme: Scheme, start: &Start, tunings: Tunings) -> Result<Self> {
         let cells = start.model.cells;
+        let blocks = |fused| match scheme.is_fused {
+            true => PipesTuning::Fused(fused),
+            false => PipesTuning::OneStep(tunings.waves),
+        };
         let state = if scheme.is_book {
             let state = Book::new(gpu)?.state(cells)?;
             state.upload(gpu, &start.height_m)?;
             State::Book(state)
+        } else if scheme.is_f16 {
+            let state = Halves::new(gpu, blocks(tunings.fused), start.model.walls)?.state(cells)?;
+            state.upload(gpu, &start.height_m, &vec![0.0; start.height_m.len()])?;
+            State::Halves(state)
         } else if scheme.is_pipes {
-            let tuning = match scheme.is_fused {
-                true => PipesTuning::Fused(tunings.pipes),
-                false => PipesTuning::OneStep(tunings.waves),
-            };
+            let tuning = blocks(tunings.pipes);
             let kernel = Pipes::new(gpu, tuning, scheme.diagonal > 0.0, scheme.has_land)?;
             let state = kernel.state(cells)?;
             state.upload(gpu, &start.height_m)?;
@@ -271,6 +283,7 @@ impl Basin {
             State::Waves(state) => return Ok(state.download(&self.gpu)?),
             State::Fused(state) => return Ok(state.download(&self.gpu)?),
             State::Fourth(state) => return Ok(state.download(&self.gpu)?),
+            State::Halves(state) => return Ok(state.download(&self.gpu)?),
             State::Book(state) => state.download(&self.gpu)?,
             State::Pipes(state) => state.download(&self.gpu)?,
         };
@@ -302,6 +315,7 @@ impl Basin {
             State::Waves(state) => state.upload(&self.gpu, height_m, &at_rest)?,
             State::Fourth(state) => state.upload(&self.gpu, height_m, &at_rest)?,
             State::Fused(state) => state.upload(&self.gpu, height_m, &at_rest)?,
+            State::Halves(state) => state.upload(&self.gpu, height_m, &at_rest)?,
         }
         Ok(())
     }
@@ -314,9 +328,10 @@ impl Basin {
         let (surfaces, surface, velocities) = match &self.state {
             State::Book(state) => (state.surfaces(), state.surface(), [None; 2]),
             State::Pipes(state) => (state.surfaces(), state.surface(), [None; 2]),
-            State::Waves(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
-            State::Fourth(state) => (state.surfaces(), state.surface(), [Some(state.velocity()); 2]),
+            State::Waves(state) => (state.surfaces(), state.surface(), state.velocities()),
+            State::Fourth(state) => (state.surfaces(), state.surface(), state.velocities()),
             State::Fused(state) => (state.surfaces(), state.surface(), state.velocities()),
+            State::Halves(state) => ([state.surface(); 2], state.surface(), [Some(state.velocity()); 2]),
         };
         let params = DisturbParams {
             cells: self.model.cells,
@@ -331,8 +346,16 @@ impl Basin {
         self.submitter.run(|rec| {
             rec.copy(&staging, list.list());
             rec.barrier(Access::CopyWrite, Disturb::ENTRY);
+            if let State::Halves(state) = &self.state {
+                state.unpack(rec);
+                rec.barrier(Halves::EXIT, Disturb::ENTRY);
+            }
             list.record(rec, &surface, &params);
             rec.barrier(Disturb::EXIT, Waves::ENTRY);
+            if let State::Halves(state) = &self.state {
+                state.pack(rec);
+                rec.barrier(Halves::EXIT, Halves::ENTRY);
+            }
         })?;
         Ok(list.counts()?)
     }
@@ -381,6 +404,15 @@ pub fn apart(got: &[f32], want: &[f64]) -> f64 {
     }
     let highest = water().map(|(_, b)| b.abs()).fold(0.0, f64::max);
     water().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / highest
+}
+
+/// The larger of two; what is no number is larger than all, where `f64::max` would lose it.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() {
+        a
+    } else {
+        b
+    }
 }
 
 /// Root of the mean square.

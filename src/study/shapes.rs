@@ -145,6 +145,55 @@ pub struct Study {
     pub clock: String,
     /// The studies.
     pub studies: Vec<StudyResult>,
+    /// What they found, in a line each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub headlines: Vec<Headline>,
+    /// Where the error comes from, for some of the points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Parts>,
+}
+
+/// A finding in one number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Headline {
+    /// The simulation.
+    pub sim: String,
+    /// The studies that it is of.
+    pub study: String,
+    /// What the number is.
+    pub what: String,
+    /// The number (`unit`), or `None` when nothing that ran gives it.
+    #[serde(serialize_with = "number_or_null")]
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// From which points, and what is not measured in it.
+    pub note: String,
+}
+
+/// The error of a point in its parts, each in the metric of the study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parts {
+    /// The simulation.
+    pub sim: String,
+    /// The study.
+    pub study: String,
+    /// The variant.
+    pub variant: String,
+    /// Time step (s).
+    #[serde(serialize_with = "number")]
+    pub step: f64,
+    /// Cells along one side, or the number of particles.
+    pub size: u32,
+    /// The scheme in f64, from what it converges to.
+    #[serde(serialize_with = "number_or_null")]
+    pub truncation: Option<f64>,
+    /// What it converges to, from the exact solution; `None` if that is the same by theory.
+    #[serde(serialize_with = "number_or_null")]
+    pub model: Option<f64>,
+    /// The device, from the scheme in f64.
+    #[serde(serialize_with = "number_or_null")]
+    pub rounding: Option<f64>,
 }
 
 /// One study: the error and the cost of each variant at each step and size. All points share one metric.

@@ -20,6 +20,7 @@ struct Numbers<T> {
     rain: T,
     thin: T,
     fastest: T,
+    has_advection: bool,
 }
 
 /// One column as its neighbours see it.
@@ -30,7 +31,7 @@ struct Seen<T> {
     depth: T,
 }
 
-/// Twin of `glsl/water/wet.comp` and of `glsl/water/shallow_*.comp`.
+/// Twin of `glsl/water/wet.comp` and of `glsl/water/shallow.comp`.
 #[derive(Clone, Debug)]
 pub struct Depths<T> {
     /// Ground (m), [`WALL_M`] for a wall.
@@ -71,6 +72,7 @@ impl<T: Real + Div<Output = T>> Depths<T> {
             rain: T::default(),
             thin: T::of(model.thin_m),
             fastest: T::of(model.cell_m / model.dt_s),
+            has_advection: true,
         };
         Self {
             bed_m: of(&bed),
@@ -81,6 +83,12 @@ impl<T: Real + Div<Output = T>> Depths<T> {
             tier,
             numbers,
         }
+    }
+
+    /// As [`super::Shallow::without_advection`].
+    pub fn without_advection(mut self) -> Self {
+        self.numbers.has_advection = false;
+        self
     }
 
     /// Depth of a column, a debt as below zero (m); walls have none.
@@ -185,7 +193,7 @@ impl<T: Real + Div<Output = T>> Depths<T> {
         (limited(&flows.0, 1, 0), limited(&flows.1, 0, 1))
     }
 
-    /// `glsl/water/shallow_speed.comp`.
+    /// `glsl/water/shallow.comp`.
     fn new_speeds(&self, p: &Numbers<T>) -> (Vec<T>, Vec<T>) {
         let zero = T::default();
         let half = T::of(0.5);
@@ -251,13 +259,13 @@ fn pipe<T: Real>(p: &Numbers<T>, stored: T, a: Seen<T>, b: Seen<T>) -> T {
     }
 }
 
-/// `carried` of `glsl/water/shallow.glsl`.
+/// `carried` of `glsl/water/shallow.comp`.
 fn carried<T: Real>(velocity: T, a: Seen<T>, b: Seen<T>) -> T {
     let upstream = if velocity > T::default() { a.surface } else { b.surface };
     velocity * max(upstream - max(a.bed, b.bed), T::default())
 }
 
-/// `advance` of `glsl/water/shallow_speed.comp`.
+/// `advance` of `glsl/water/shallow.comp`.
 fn advance<T: Real + Div<Output = T>>(
     p: &Numbers<T>,
     here: T,
@@ -274,6 +282,7 @@ fn advance<T: Real + Div<Output = T>>(
     let brings = [max(flows[0], zero), max(-flows[1], zero), max(flows[2], zero), max(-flows[3], zero)];
     let brought = (brings[0] * (here - round[0]) + brings[1] * (here - round[1]))
         + (brings[2] * (here - round[2]) + brings[3] * (here - round[3]));
+    let brought = if p.has_advection { brought } else { zero };
     let mean = T::of(0.5) * (a.depth + b.depth);
     let over = max(mean, p.reach * ((brings[0] + brings[1]) + (brings[2] + brings[3])));
     let velocity = p.keep * ((here - p.reach * brought / over) + p.pull * slope_of(a, b));

@@ -6,8 +6,8 @@
 //! level of the water at rest, the rise is that of the surface; where it is above, the rise is the depth. Volumes are
 //! sums of rises, and no offset of heights costs a digit.
 
-use super::{check_heights, Error, Invalid, Surface, Tuning, LAND_M};
-use crate::gpu::{Access, Bound, Buffer, Gpu, Kernel, Recorder, Residence, Result};
+use super::{check_heights, planes, Error, Invalid, Surface, Tuning, LAND_M};
+use crate::gpu::{Access, Bound, Buffer, Gpu, Recorder, Residence, Result};
 use glam::UVec2;
 use std::{f64::consts::FRAC_1_SQRT_2, ffi::CStr};
 
@@ -79,14 +79,20 @@ impl Tier {
 
 impl Tier {
     /// How to cut up a grid: as many rows a walk as leave every lane of the device something to do, since each walk loads
-    /// four more.
+    /// four more, or six in [`Tier::Shallow`], whose groups are one lane high.
     pub fn tuning(self, gpu: &Gpu, cells: UVec2) -> Tuning {
-        let (group, rows, fewest) = match gpu.adapter().is_software() {
-            true => (UVec2::new(64, 1), 8, 1),
-            false => (UVec2::new(64, 2), 16, 1 << 16),
+        let (group, rows, fewest) = match (self, gpu.adapter().is_software()) {
+            (Self::Wet, true) => (UVec2::new(64, 1), 8, 1),
+            (Self::Wet, false) => (UVec2::new(64, 2), 16, 1 << 16),
+            (Self::Shallow, true) => (UVec2::new(128, 1), 64, 1),
+            (Self::Shallow, false) => (UVec2::new(128, 1), 64, 1 << 17),
         };
-        let fours = u64::from(cells.x.div_ceil(4));
-        Tuning { group, rows: (u64::from(cells.y) * fours / fewest).clamp(1, rows) as u32 }
+        let lanes = match self {
+            Self::Wet => u64::from(cells.x.div_ceil(4)),
+            Self::Shallow => u64::from(cells.x),
+        };
+        let fewest_rows = if self == Self::Wet { 1 } else { 8 };
+        Tuning { group, rows: (u64::from(cells.y) * lanes / fewest).clamp(fewest_rows, rows) as u32 }
     }
 }
 
@@ -257,41 +263,43 @@ fn still_m(bed_m: f32) -> f64 {
     f64::from(-bed_m).max(0.0)
 }
 
-/// One pass of a step.
-pub(super) struct Pass {
-    pub name: &'static CStr,
-    pub bound: Bound,
-}
-
 /// One basin. Row by row, rows padded to a multiple of four columns: column `(x, y)` is at `y * pitch + x`.
 pub struct DepthState {
     rises: [Buffer; 2],
+    /// Rise a step before that of the same place, where a tier asks for it.
+    befores: Option<[Buffer; 2]>,
     flows: [Buffer; 2],
     bed: Buffer,
-    passes: [Vec<Pass>; 2],
+    steps: [Bound; 2],
+    name: &'static CStr,
     current: usize,
     tier: Tier,
     cells: UVec2,
     pitch: u32,
-    rows: u32,
+    /// Invocations of a step.
+    threads: UVec2,
 }
 
-/// What the passes of a step bind.
+/// What a step binds.
 pub(super) struct Buffers<'a> {
     pub bed: &'a Buffer,
     pub rise: &'a Buffer,
     pub new_rise: &'a Buffer,
+    /// The rise a step before; for a tier that does not ask, the rise.
+    pub before: &'a Buffer,
+    pub new_before: &'a Buffer,
     pub flow: &'a Buffer,
     pub new_flow: &'a Buffer,
 }
 
 impl DepthState {
+    /// `bind` binds what a step reads and writes; `threads` are its invocations, for a pitch.
     pub(super) fn new(
         gpu: &Gpu,
-        tier: Tier,
+        (tier, name): (Tier, &'static CStr),
         cells: UVec2,
-        rows: u32,
-        passes: impl Fn(&Buffers<'_>) -> Result<Vec<Pass>>,
+        threads: impl Fn(u32) -> UVec2,
+        bind: impl Fn(&Buffers<'_>) -> Result<Bound>,
     ) -> Result<Self> {
         let pitch = cells.x.next_multiple_of(4);
         let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
@@ -299,17 +307,24 @@ impl DepthState {
         let bed = buffer("water.bed_m", 1)?;
         let rises = [buffer("water.rise_m.0", 1)?, buffer("water.rise_m.1", 1)?];
         let flows = [buffer("water.flow.0", 2)?, buffer("water.flow.1", 2)?];
+        let befores = match tier {
+            Tier::Wet => None,
+            Tier::Shallow => Some([buffer("water.before_m.0", 1)?, buffer("water.before_m.1", 1)?]),
+        };
+        let asked = befores.as_ref().unwrap_or(&rises);
         let bind = |from: usize| {
-            passes(&Buffers {
+            bind(&Buffers {
                 bed: &bed,
                 rise: &rises[from],
                 new_rise: &rises[1 - from],
+                before: &asked[from],
+                new_before: &asked[1 - from],
                 flow: &flows[from],
                 new_flow: &flows[1 - from],
             })
         };
-        let passes = [bind(0)?, bind(1)?];
-        Ok(Self { rises, flows, bed, passes, current: 0, tier, cells, pitch, rows })
+        let (steps, threads) = ([bind(0)?, bind(1)?], threads(pitch));
+        Ok(Self { rises, befores, flows, bed, steps, name, current: 0, tier, cells, pitch, threads })
     }
 
     /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the
@@ -323,13 +338,8 @@ impl DepthState {
             (self.cells, self.pitch),
             "grid of the parameters and of the state"
         );
-        let threads = [self.pitch / 4, self.cells.y.div_ceil(self.rows), 1];
-        for (i, pass) in self.passes[self.current].iter().enumerate() {
-            if i > 0 {
-                rec.barrier(Access::ComputeWrite, Access::ComputeRead);
-            }
-            rec.span(pass.name, |rec| rec.dispatch(&pass.bound, threads, params));
-        }
+        let (step, threads) = (&self.steps[self.current], [self.threads.x, self.threads.y, 1]);
+        rec.span(self.name, |rec| rec.dispatch(step, threads, params));
         self.current = 1 - self.current;
     }
 
@@ -359,6 +369,11 @@ impl DepthState {
         &self.flows[self.current]
     }
 
+    /// The flows of each of [`DepthState::surfaces`].
+    pub fn flows(&self) -> [&Buffer; 2] {
+        [0, 1].map(|i| &self.flows[i])
+    }
+
     /// Columns from one row to the next.
     pub fn pitch(&self) -> u32 {
         self.pitch
@@ -377,7 +392,8 @@ impl DepthState {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.bed.bytes() + 2 * (self.rises[0].bytes() + self.flows[0].bytes())
+        let befores = self.befores.as_ref().map_or(0, |befores| befores[0].bytes());
+        self.bed.bytes() + 2 * (self.rises[0].bytes() + befores + self.flows[0].bytes())
     }
 
     /// Sets ground and water.
@@ -400,14 +416,16 @@ impl DepthState {
             let allowed = format!("no less than {}, which is dry", -still_m(columns.bed_m[i]));
             return Err(Invalid { key: "rise_m", value, allowed }.into());
         }
+        let padded = |plain: &[f32], padding| planes::padded(plain, self.cells, self.pitch, padding);
         let bed: Vec<f32> =
             columns.columns().map(|(bed, rise)| if rise == LAND_M { WALL_M } else { bed }).collect();
-        gpu.upload_to(&self.bed, &self.padded(&bed, WALL_M))?;
-        let rise = self.padded(&columns.rise_m, LAND_M);
-        for buffer in &self.rises {
-            gpu.upload_to(buffer, &rise)?; // shallow water asks for the step before too
+        gpu.upload_to(&self.bed, &padded(&bed, WALL_M))?;
+        let rise = padded(&columns.rise_m, LAND_M);
+        gpu.upload_to(self.rise(), &rise)?;
+        if let Some(befores) = &self.befores {
+            gpu.upload_to(&befores[self.current], &rise)?;
         }
-        let (east, south) = (self.padded(&columns.east, 0.0), self.padded(&columns.south, 0.0));
+        let (east, south) = (padded(&columns.east, 0.0), padded(&columns.south, 0.0));
         let fours: Vec<f32> =
             east.chunks(4).zip(south.chunks(4)).flat_map(|(e, s)| [e, s].concat()).collect();
         gpu.upload_to(self.flow(), &fours)?;
@@ -420,10 +438,7 @@ impl DepthState {
     /// # Errors
     /// The device's.
     pub fn columns(&self, gpu: &Gpu) -> Result<Columns> {
-        let plain = |padded: &[f32]| -> Vec<f32> {
-            let rows = padded.chunks_exact(self.pitch as usize);
-            rows.flat_map(|row| &row[..self.cells.x as usize]).copied().collect()
-        };
+        let plain = |padded: &[f32]| planes::plain(padded, self.cells, self.pitch);
         let flows = gpu.download::<f32>(self.flow())?;
         let of = |side: usize| -> Vec<f32> {
             plain(
@@ -441,19 +456,4 @@ impl DepthState {
             south: of(1),
         })
     }
-
-    fn padded(&self, plain: &[f32], padding: f32) -> Vec<f32> {
-        let mut padded = vec![padding; self.pitch as usize * self.cells.y as usize];
-        let rows = plain.chunks_exact(self.cells.x as usize);
-        for (to, from) in padded.chunks_exact_mut(self.pitch as usize).zip(rows) {
-            to[..from.len()].copy_from_slice(from);
-        }
-        padded
-    }
-}
-
-/// A kernel that walks as [`Tuning`] says.
-pub(super) fn kernel(gpu: &Gpu, name: &CStr, spv: &[u8], blocks: &[&str], tuning: Tuning) -> Result<Kernel> {
-    let constants = &[tuning.group.x, tuning.group.y, tuning.rows];
-    Kernel::new::<DepthParams>(gpu, &crate::gpu::KernelInfo { name, spv, blocks, constants })
 }

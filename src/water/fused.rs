@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `waves`, several steps a dispatch. Reads `glsl/water/fused.comp`.
+//! `waves`, several steps a dispatch. Reads `glsl/water/fused_pass.glsl`.
 
-use super::waves::{padded, plain};
-use super::{check_heights, Error, Params, Surface, Walls};
+use super::{
+    planes::{in_blocks, Planes, Rates},
+    Error, Params, Walls,
+};
 use crate::{
-    gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
+    gpu::{self, Access, Buffer, Gpu, Kernel, KernelInfo, Recorder, Result},
     shaders,
 };
 use glam::UVec2;
+use std::ops::Deref;
 
 /// How the grid is cut into tiles. It changes the speed, never the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +56,7 @@ impl FusedTuning {
 
     /// Shared memory of a workgroup (bytes).
     pub fn shared_bytes(&self) -> u32 {
-        self.group.element_product() * self.buffers * (8 * self.rows + 32)
+        self.group.element_product() * self.buffers * (8 * self.rows + 32) + 4
     }
 
     /// Invocations that step `cells`.
@@ -87,7 +90,7 @@ impl FusedTuning {
     }
 }
 
-/// Push constants of `glsl/water/fused.comp`.
+/// Push constants of `glsl/water/fused_pass.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct FusedParams {
@@ -134,37 +137,23 @@ impl Fused {
     /// # Errors
     /// If the device has no room, or cannot see a buffer of that size.
     pub fn state(&self, cells: UVec2) -> Result<FusedState> {
-        let pitch = cells.x.next_multiple_of(4);
-        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
-        let buffer = |name: &str| Buffer::new(&self.gpu, name, bytes, Residence::Device);
-        let heights = [buffer("water.height_m.0")?, buffer("water.height_m.1")?];
-        let velocities = [buffer("water.velocity_mps.0")?, buffer("water.velocity_mps.1")?];
-        let bind = |from: usize| {
-            self.step.bind(&[
-                ("Height", (&heights[from]).into()),
-                ("Velocity", (&velocities[from]).into()),
-                ("NewHeight", (&heights[1 - from]).into()),
-                ("NewVelocity", (&velocities[1 - from]).into()),
-            ])
+        let rates = Rates {
+            names: ["water.velocity_mps.0", "water.velocity_mps.1"],
+            blocks: &["Velocity", "NewVelocity"],
+            planes: 1,
+            bytes: 4,
         };
-        let steps = [bind(0)?, bind(1)?];
-        let Self { tuning, walls, has_land, .. } = *self;
-        Ok(FusedState { heights, velocities, steps, current: 0, cells, pitch, tuning, walls, has_land })
+        let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
+        Ok(FusedState { planes, tuning: self.tuning, walls: self.walls })
     }
 }
 
-/// One basin, laid out as a [`WavesState`](super::WavesState), but heights and velocities both go to and fro: a tile needs
-/// what was before around it.
+/// One basin: as a [`WavesState`](super::WavesState), but heights and velocities both go to and fro: a tile needs what was
+/// before around it.
 pub struct FusedState {
-    heights: [Buffer; 2],
-    velocities: [Buffer; 2],
-    steps: [Bound; 2],
-    current: usize,
-    cells: UVec2,
-    pitch: u32,
+    planes: Planes,
     tuning: FusedTuning,
     walls: Walls,
-    has_land: bool,
 }
 
 impl FusedState {
@@ -175,64 +164,24 @@ impl FusedState {
     /// # Panics
     /// If `params` are of another grid or of walls that the kernel was not built for.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
-        assert_eq!(
-            (params.cells, params.pitch, params.folded == 1),
-            (self.cells, self.pitch, self.walls == Walls::Folded),
-            "grid and walls of the parameters and of the state"
-        );
-        let threads = self.tuning.threads(self.cells);
-        let mut left = steps;
-        while left > 0 {
-            let taken = left.min(self.tuning.steps);
-            let params = FusedParams { water: *params, steps: taken };
-            let bound = &self.steps[self.current];
-            rec.span(c"water.fused", |rec| rec.dispatch(bound, [threads.x, threads.y, 1], &params));
-            self.current = 1 - self.current;
-            left -= taken;
-            if left > 0 {
-                rec.barrier(Fused::EXIT, Fused::ENTRY);
-            }
-        }
-    }
-
-    /// `f32` a column (m above rest): the surface after the steps recorded so far.
-    pub fn height(&self) -> &Buffer {
-        &self.heights[self.current]
+        let walls = if params.folded == 1 { Walls::Folded } else { Walls::Dropped };
+        assert_eq!(walls, self.walls, "walls of the parameters and of the state");
+        let threads = self.tuning.threads(self.cells());
+        in_blocks(rec, steps, self.tuning.steps, |rec, steps| {
+            let grid = (params.cells, params.pitch);
+            let params = FusedParams { water: *params, steps };
+            self.planes.dispatch(rec, c"water.fused", threads, grid, &params);
+        });
     }
 
     /// `f32` a column (m/s): how fast it rises, half a step before the heights.
     pub fn velocity(&self) -> &Buffer {
-        &self.velocities[self.current]
+        self.planes.rate()
     }
 
-    /// Columns from one row to the next.
-    pub fn pitch(&self) -> u32 {
-        self.pitch
-    }
-
-    /// The surface after the steps recorded so far, for drawing and disturbing.
-    pub fn surface(&self) -> Surface<'_> {
-        self.surfaces()[self.current]
-    }
-
-    /// The two between which the steps go to and fro.
-    pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface {
-            cells: self.cells,
-            height_m: &self.heights[i],
-            pitch: self.pitch,
-            stride: 1,
-        })
-    }
-
-    /// The velocities of each of [`FusedState::surfaces`], for [`Disturb::list_of`](super::Disturb::list_of).
+    /// The velocities of each of [`Planes::surfaces`], for [`Disturb::list_of`](super::Disturb::list_of).
     pub fn velocities(&self) -> [Option<&Buffer>; 2] {
-        [0, 1].map(|i| Some(&self.velocities[i]))
-    }
-
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        4 * self.heights[0].bytes()
+        self.planes.rates()
     }
 
     /// Sets heights (m above rest, [`LAND_M`](super::LAND_M) for land) and velocities (m/s), without padding.
@@ -240,11 +189,7 @@ impl FusedState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells, self.has_land)?;
-        check_heights("velocity_mps", velocity_mps, self.cells, false)?;
-        gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
-        gpu.upload_to(self.velocity(), &padded(velocity_mps, self.cells, self.pitch))?;
-        Ok(())
+        self.planes.upload_moving(gpu, height_m, velocity_mps)
     }
 
     /// Heights (m above rest) and velocities (m/s), without padding.
@@ -252,7 +197,13 @@ impl FusedState {
     /// # Errors
     /// The device's.
     pub fn download(&self, gpu: &Gpu) -> Result<(Vec<f32>, Vec<f32>)> {
-        let read = |buffer| gpu.download(buffer).map(|all| plain(&all, self.cells, self.pitch));
-        Ok((read(self.height())?, read(self.velocity())?))
+        self.planes.download_moving(gpu)
+    }
+}
+
+impl Deref for FusedState {
+    type Target = Planes;
+    fn deref(&self) -> &Planes {
+        &self.planes
     }
 }

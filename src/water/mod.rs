@@ -8,12 +8,15 @@
 //! | `water.book`          | columns                               | new columns             | [`cpu::Book`]           |
 //! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]          |
 //! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]          |
+//! | `water.waves_f16`     | height, velocity                      | velocity, new height    |                         |
+//! | `water.fused_f16`     | height, velocity                      | new height and velocity |                         |
+//! | `water.pack`          | floats                                | halves                  |                         |
+//! | `water.unpack`        | halves                                | floats                  |                         |
 //! | `water.fourth`        | height, velocity                      | velocity, new height    | [`cpu_fourth::Fourth`]  |
 //! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
 //! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
 //! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]     |
-//! | `water.shallow_speed` | ground, rise, rise before, velocities | new velocities          | [`cpu_wet::Depths`]     |
-//! | `water.shallow_depth` | ground, rise, velocities              | new rise                | [`cpu_wet::Depths`]     |
+//! | `water.shallow`       | ground, rise, rise before, velocities | new rise and velocities | [`cpu_wet::Depths`]     |
 //! | `water.absorb`        | height, velocity                      | height, velocity        | [`cpu_absorb::absorb`]  |
 //! | `water.draught`       | height, poses                         | poses                   | [`cpu_bodies::draught`] |
 //! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]    |
@@ -47,8 +50,10 @@ pub mod disturb;
 pub mod draw;
 pub mod fourth;
 pub mod fused;
+pub mod halves;
 pub mod oracle;
 pub mod pipes;
+pub mod planes;
 pub mod shallow;
 pub mod starts;
 pub mod waves;
@@ -61,7 +66,9 @@ pub use depth::{Columns, DepthModel, DepthParams, DepthState, Rain, Tier};
 pub use disturb::{Counts, Disturb, DisturbParams, Disturbance, Disturbances};
 pub use fourth::{Fourth, FourthParams, FourthState};
 pub use fused::{Fused, FusedParams, FusedState, FusedTuning};
+pub use halves::{Halves, HalvesState};
 pub use pipes::{Pipes, PipesState, PipesTuning};
+pub use planes::Planes;
 pub use shallow::Shallow;
 pub use waves::{Tuning, Waves, WavesState};
 pub use wet::Wet;

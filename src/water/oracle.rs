@@ -72,6 +72,8 @@ pub fn energy(model: &Model, height_m: &[f32], velocity_mps: &[f32]) -> f64 {
 /// `c |k|`.
 pub struct Exact {
     cells: UVec2,
+    /// Along each axis, those that are kept.
+    modes: UVec2,
     coefficients: Vec<f64>,
     cosines: [Vec<f64>; 2],
 }
@@ -79,59 +81,67 @@ pub struct Exact {
 impl Exact {
     /// Transforms the start; columns are taken as samples at their centres.
     pub fn new(cells: UVec2, height_m: &[f32]) -> Self {
-        let table = |n: u32| -> Vec<f64> {
+        Self::smooth(cells, height_m, u32::MAX)
+    }
+
+    /// Of a start so smooth that modes of more than `most` half waves along an axis are nothing in it.
+    pub fn smooth(cells: UVec2, height_m: &[f32], most: u32) -> Self {
+        let modes = cells.min(UVec2::splat(most));
+        let table = |n: u32, modes: u32| -> Vec<f64> {
             let n = n as usize;
             let angle = |m: usize, i: usize| PI * m as f64 * (i as f64 + 0.5) / n as f64;
-            (0..n).flat_map(|m| (0..n).map(move |i| angle(m, i).cos())).collect()
+            (0..modes as usize).flat_map(|m| (0..n).map(move |i| angle(m, i).cos())).collect()
         };
-        let cosines = [table(cells.x), table(cells.y)];
+        let cosines = [table(cells.x, modes.x), table(cells.y, modes.y)];
         let (w, h) = (cells.x as usize, cells.y as usize);
+        let (mw, mh) = (modes.x as usize, modes.y as usize);
         let start: Vec<f64> = height_m.iter().map(|&h| f64::from(h)).collect();
         // Rows, then columns; the zeroth mode has half the weight.
         let weight = |m: usize, n: usize| if m == 0 { 1.0 } else { 2.0 } / n as f64;
-        let mut rows = vec![0.0; w * h];
+        let mut rows = vec![0.0; mw * h];
         for y in 0..h {
-            for m in 0..w {
+            for m in 0..mw {
                 let row = &start[y * w..(y + 1) * w];
                 let dot: f64 = row.iter().zip(&cosines[0][m * w..]).map(|(h, c)| h * c).sum();
-                rows[y * w + m] = weight(m, w) * dot;
+                rows[y * mw + m] = weight(m, w) * dot;
             }
         }
-        let mut coefficients = vec![0.0; w * h];
-        for n in 0..h {
+        let mut coefficients = vec![0.0; mw * mh];
+        for n in 0..mh {
             for y in 0..h {
                 let c = weight(n, h) * cosines[1][n * h + y];
-                for m in 0..w {
-                    coefficients[n * w + m] += c * rows[y * w + m];
+                for m in 0..mw {
+                    coefficients[n * mw + m] += c * rows[y * mw + m];
                 }
             }
         }
-        Self { cells, coefficients, cosines }
+        Self { cells, modes, coefficients, cosines }
     }
 
     /// The surface when waves have run `distance` columns, `c t / dx`.
     pub fn after(&self, distance: f64) -> Vec<f64> {
         let (w, h) = (self.cells.x as usize, self.cells.y as usize);
+        let (mw, mh) = (self.modes.x as usize, self.modes.y as usize);
         let mut swung = self.coefficients.clone();
-        for n in 0..h {
-            for m in 0..w {
+        for n in 0..mh {
+            for m in 0..mw {
                 let k = (PI * m as f64 / w as f64).hypot(PI * n as f64 / h as f64);
-                swung[n * w + m] *= (k * distance).cos();
+                swung[n * mw + m] *= (k * distance).cos();
             }
         }
-        let mut rows = vec![0.0; w * h];
+        let mut rows = vec![0.0; mw * h];
         for y in 0..h {
-            for n in 0..h {
+            for n in 0..mh {
                 let c = self.cosines[1][n * h + y];
-                for m in 0..w {
-                    rows[y * w + m] += c * swung[n * w + m];
+                for m in 0..mw {
+                    rows[y * mw + m] += c * swung[n * mw + m];
                 }
             }
         }
         let mut out = vec![0.0; w * h];
         for y in 0..h {
-            for m in 0..w {
-                let a = rows[y * w + m];
+            for m in 0..mw {
+                let a = rows[y * mw + m];
                 for x in 0..w {
                     out[y * w + x] += a * self.cosines[0][m * w + x];
                 }

@@ -2,13 +2,17 @@
 //! `pipes`: three or five floats a column, for whoever needs the flows. Reads `glsl/water/pipes.comp` and
 //! `glsl/water/pipes_fused.comp`.
 
-use super::waves::{padded, plain};
-use super::{book::Column, check_heights, Error, FusedParams, FusedTuning, Params, Surface, Tuning};
+use super::{
+    book::Column,
+    planes::{in_blocks, Planes, Rates},
+    Error, FusedParams, FusedTuning, Params, Tuning,
+};
 use crate::{
-    gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
+    gpu::{Access, Buffer, Gpu, Kernel, KernelInfo, Recorder, Result},
     shaders,
 };
 use glam::UVec2;
+use std::ops::Deref;
 
 /// How many steps a dispatch takes, and how the grid is cut up. It changes the speed, never the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +38,7 @@ impl PipesTuning {
     }
 
     /// Invocations that step `cells`.
-    fn threads(&self, cells: UVec2) -> UVec2 {
+    pub(super) fn threads(&self, cells: UVec2) -> UVec2 {
         match self {
             Self::OneStep(tuning) => UVec2::new(cells.x.div_ceil(4), cells.y.div_ceil(tuning.rows)),
             Self::Fused(tuning) => tuning.threads(cells),
@@ -95,38 +99,22 @@ impl Pipes {
     /// # Errors
     /// If the device has no room, or cannot see a buffer of that size.
     pub fn state(&self, cells: UVec2) -> Result<PipesState> {
-        let pitch = cells.x.next_multiple_of(4);
-        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
-        let planes = if self.has_diagonals { 4 } else { 2 };
-        let buffer = |name: &str, bytes: u64| Buffer::new(&self.gpu, name, bytes, Residence::Device);
-        let heights = [buffer("water.height_m.0", bytes)?, buffer("water.height_m.1", bytes)?];
-        let flows =
-            [buffer("water.flow_mps.0", planes * bytes)?, buffer("water.flow_mps.1", planes * bytes)?];
-        let bind = |from: usize| {
-            self.step.bind(&[
-                ("Height", (&heights[from]).into()),
-                ("Flow", (&flows[from]).into()),
-                ("NewHeight", (&heights[1 - from]).into()),
-                ("NewFlow", (&flows[1 - from]).into()),
-            ])
+        let rates = Rates {
+            names: ["water.flow_mps.0", "water.flow_mps.1"],
+            blocks: &["Flow", "NewFlow"],
+            planes: if self.has_diagonals { 4 } else { 2 },
+            bytes: 4,
         };
-        let steps = [bind(0)?, bind(1)?];
-        let Self { tuning, has_diagonals, has_land, .. } = *self;
-        Ok(PipesState { heights, flows, steps, current: 0, cells, pitch, tuning, has_diagonals, has_land })
+        let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
+        Ok(PipesState { planes, tuning: self.tuning, has_diagonals: self.has_diagonals })
     }
 }
 
-/// One basin. Rows are padded to a multiple of four columns: column `(x, y)` is at `y * pitch + x` of each plane.
+/// One basin: a plane of heights, and two or four of flows.
 pub struct PipesState {
-    heights: [Buffer; 2],
-    flows: [Buffer; 2],
-    steps: [Bound; 2],
-    current: usize,
-    cells: UVec2,
-    pitch: u32,
+    planes: Planes,
     tuning: PipesTuning,
     has_diagonals: bool,
-    has_land: bool,
 }
 
 impl PipesState {
@@ -135,68 +123,21 @@ impl PipesState {
     /// # Panics
     /// If `params` are of another grid, or have diagonal pipes that the kernel was not built for.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
-        assert_eq!(
-            (params.cells, params.pitch),
-            (self.cells, self.pitch),
-            "grid of the parameters and of the state"
-        );
         assert!(self.has_diagonals || params.diagonal == 0.0, "diagonal pipes in a kernel without");
-        let UVec2 { x, y } = self.tuning.threads(self.cells);
-        let mut left = steps;
-        while left > 0 {
-            let taken = left.min(self.tuning.steps());
-            let bound = &self.steps[self.current];
-            match self.tuning {
-                PipesTuning::OneStep(_) => {
-                    rec.span(c"water.pipes", |rec| rec.dispatch(bound, [x, y, 1], params));
-                }
-                PipesTuning::Fused(_) => {
-                    let params = FusedParams { water: *params, steps: taken };
-                    rec.span(c"water.pipes_fused", |rec| rec.dispatch(bound, [x, y, 1], &params));
-                }
+        let (threads, grid) = (self.tuning.threads(self.cells()), (params.cells, params.pitch));
+        in_blocks(rec, steps, self.tuning.steps(), |rec, steps| match self.tuning {
+            PipesTuning::OneStep(_) => self.planes.dispatch(rec, c"water.pipes", threads, grid, params),
+            PipesTuning::Fused(_) => {
+                let params = FusedParams { water: *params, steps };
+                self.planes.dispatch(rec, c"water.pipes_fused", threads, grid, &params);
             }
-            self.current = 1 - self.current;
-            left -= taken;
-            if left > 0 {
-                rec.barrier(Pipes::EXIT, Pipes::ENTRY);
-            }
-        }
-    }
-
-    /// `f32` a column (m above rest): the surface after the steps recorded so far.
-    pub fn height(&self) -> &Buffer {
-        &self.heights[self.current]
+        });
     }
 
     /// Planes of `f32` a column: what flows in from the right, from below, and with diagonal pipes from the lower right
     /// and the lower left, as rise of the surface (m/s), half a step before the heights.
     pub fn flow(&self) -> &Buffer {
-        &self.flows[self.current]
-    }
-
-    /// Columns from one row to the next.
-    pub fn pitch(&self) -> u32 {
-        self.pitch
-    }
-
-    /// The surface after the steps recorded so far, for drawing and disturbing.
-    pub fn surface(&self) -> Surface<'_> {
-        self.surfaces()[self.current]
-    }
-
-    /// The two between which the steps go to and fro.
-    pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface {
-            cells: self.cells,
-            height_m: &self.heights[i],
-            pitch: self.pitch,
-            stride: 1,
-        })
-    }
-
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        2 * (self.heights[0].bytes() + self.flows[0].bytes())
+        self.planes.rate()
     }
 
     /// Sets heights (m above rest, [`LAND_M`](super::LAND_M) for land), without padding, with all pipes at rest.
@@ -204,8 +145,7 @@ impl PipesState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells, self.has_land)?;
-        gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
+        self.planes.upload_heights(gpu, height_m)?;
         gpu.once(|rec| {
             rec.barrier(Access::ComputeReadWrite, Access::FillWrite);
             rec.fill(self.flow(), 0);
@@ -219,16 +159,19 @@ impl PipesState {
     /// # Errors
     /// The device's.
     pub fn download(&self, gpu: &Gpu) -> Result<Vec<Column>> {
-        let heights = plain(&gpu.download(self.height())?, self.cells, self.pitch);
-        let flows: Vec<f32> = gpu.download(self.flow())?;
-        let size = self.pitch as usize * self.cells.y as usize;
-        let planes: Vec<_> =
-            flows.chunks_exact(size).map(|plane| plain(plane, self.cells, self.pitch)).collect();
-        let flow = |plane: usize, i: usize| planes.get(plane).map_or(0.0, |plane| plane[i]);
+        let (heights, flows) = self.planes.download_all(gpu)?;
+        let flow = |plane: usize, i: usize| flows.get(plane).map_or(0.0, |plane| plane[i]);
         let column = |(i, &height_m): (usize, &f32)| Column {
             height_m,
             flow_mps: [flow(0, i), flow(2, i), flow(1, i), flow(3, i)],
         };
         Ok(heights.iter().enumerate().map(column).collect())
+    }
+}
+
+impl Deref for PipesState {
+    type Target = Planes;
+    fn deref(&self) -> &Planes {
+        &self.planes
     }
 }

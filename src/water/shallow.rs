@@ -1,38 +1,69 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `shallow`: the shallow-water equations, one step in two dispatches. Reads `glsl/water/shallow_speed.comp` and
-//! `glsl/water/shallow_depth.comp`.
+//! `shallow`: the shallow-water equations, one step a dispatch. Reads `glsl/water/shallow.comp`. The same kernel leaves
+//! out advection when asked to: face velocities that carry the depth of upstream, between `wet` and the whole equations,
+//! for studies of what advection is worth.
 
 use super::{
-    depth::{kernel, Buffers, DepthState, Pass, Tier},
+    depth::{Buffers, DepthParams, DepthState, Tier},
     Tuning,
 };
 use crate::{
-    gpu::{Gpu, Kernel, Result},
+    gpu::{self, Gpu, Kernel, KernelInfo, Result},
     shaders,
 };
 use glam::UVec2;
 
-/// The kernels. They hold no basin, so they step any number of them.
+/// The kernel. It holds no basin, so one steps any number of them.
 pub struct Shallow {
-    speed: Kernel,
-    depth: Kernel,
+    step: Kernel,
     tuning: Tuning,
     gpu: Gpu,
 }
 
+/// Columns at either end of a workgroup that are not its own: `HALO` in `glsl/water/shallow.comp`.
+const HALO: u32 = 4;
+/// Shared memory of a lane (bytes).
+const SHARED_BYTES: u32 = 4 * (16 + 8 + 8) + 2 * (4 + 4);
+
 impl Shallow {
+    /// A workgroup is one lane high: `tuning.group.x` columns wide, of which eight are not its own.
+    ///
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
-        let speed_blocks = ["Bed", "Rise", "Before", "Speed", "NewSpeed"];
-        let depth_blocks = ["Bed", "Rise", "Flow", "NewRise"];
-        let (speed, depth) = (shaders::WATER_SHALLOW_SPEED_COMP, shaders::WATER_SHALLOW_DEPTH_COMP);
-        Ok(Self {
-            speed: kernel(gpu, c"water.shallow_speed", speed, &speed_blocks, tuning)?,
-            depth: kernel(gpu, c"water.shallow_depth", depth, &depth_blocks, tuning)?,
-            tuning,
-            gpu: gpu.clone(),
-        })
+        Self::with(gpu, tuning, true)
+    }
+
+    /// Velocities that gravity alone changes: cheaper only in what is computed, not in what is read and written.
+    ///
+    /// # Errors
+    /// If the device does not take the tuning.
+    pub fn without_advection(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
+        Self::with(gpu, tuning, false)
+    }
+
+    fn with(gpu: &Gpu, tuning: Tuning, has_advection: bool) -> Result<Self> {
+        let (UVec2 { x: lanes, y: high }, allowed) =
+            (tuning.group, gpu.limits().max_compute_shared_memory_size);
+        let refused = |what| Err(gpu::Error::Interface { kernel: "water.shallow".into(), what });
+        if high != 1 || lanes < 4 * HALO || !lanes.is_multiple_of(4) || tuning.rows == 0 {
+            return refused(format!(
+                "{lanes} x {high} lanes and {} rows: allowed are multiples of 4 from {} x 1, and rows",
+                tuning.rows,
+                4 * HALO
+            ));
+        }
+        if lanes * SHARED_BYTES > allowed {
+            let needed = lanes * SHARED_BYTES;
+            return refused(format!("{needed} bytes of shared memory, and {} allows {allowed}", gpu.name()));
+        }
+        let info = KernelInfo {
+            name: c"water.shallow",
+            spv: shaders::WATER_SHALLOW_COMP,
+            blocks: &["Bed", "Rise", "Before", "Speed", "NewRise", "NewBefore", "NewSpeed"],
+            constants: &[lanes, lanes, tuning.rows, u32::from(has_advection)],
+        };
+        Ok(Self { step: Kernel::new::<DepthParams>(gpu, &info)?, tuning, gpu: gpu.clone() })
     }
 
     /// A basin whose memory is not set yet: [`DepthState::upload`].
@@ -40,23 +71,18 @@ impl Shallow {
     /// # Errors
     /// If the device has no room, or cannot see a buffer of that size.
     pub fn state(&self, cells: UVec2) -> Result<DepthState> {
-        DepthState::new(&self.gpu, Tier::Shallow, cells, self.tuning.rows, |b: &Buffers<'_>| {
-            let speed = self.speed.bind(&[
+        let Tuning { group: UVec2 { x: lanes, .. }, rows } = self.tuning;
+        let threads =
+            |pitch: u32| UVec2::new(pitch.div_ceil(lanes - 2 * HALO) * lanes, cells.y.div_ceil(rows));
+        DepthState::new(&self.gpu, (Tier::Shallow, c"water.shallow"), cells, threads, |b: &Buffers<'_>| {
+            self.step.bind(&[
                 ("Bed", b.bed.into()),
                 ("Rise", b.rise.into()),
-                ("Before", b.new_rise.into()), // not yet written over
+                ("Before", b.before.into()),
                 ("Speed", b.flow.into()),
-                ("NewSpeed", b.new_flow.into()),
-            ])?;
-            let depth = self.depth.bind(&[
-                ("Bed", b.bed.into()),
-                ("Rise", b.rise.into()),
-                ("Flow", b.new_flow.into()),
                 ("NewRise", b.new_rise.into()),
-            ])?;
-            Ok(vec![
-                Pass { name: c"water.shallow_speed", bound: speed },
-                Pass { name: c"water.shallow_depth", bound: depth },
+                ("NewBefore", b.new_before.into()),
+                ("NewSpeed", b.new_flow.into()),
             ])
         })
     }

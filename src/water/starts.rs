@@ -2,7 +2,7 @@
 //! Named starts, shared by tests, hard cases, benches and studies, so that all speak of the same thing.
 
 use super::{oracle, Model, Walls, LAND_M};
-use glam::{uvec2, UVec2, Vec2};
+use glam::{dvec2, uvec2, UVec2, Vec2};
 
 /// A model with a surface at rest.
 #[derive(Clone, Debug)]
@@ -77,6 +77,20 @@ pub fn islands(model: Model) -> Start {
         }
     }
     start.name = "islands";
+    start
+}
+
+/// [`noise`] round 4 x 4 islands, each a disc of a twentieth of the width: mostly open water, as maps are.
+pub fn coast(model: Model) -> Start {
+    let mut start = noise(model);
+    let (width, apart) = (model.cells.x as usize, 0.25 * model.cells.as_dvec2());
+    for (i, height) in start.height_m.iter_mut().enumerate() {
+        let at = dvec2((i % width) as f64, (i / width) as f64) + 0.5;
+        if (at % apart).distance(0.5 * apart) < 0.025 * width as f64 {
+            *height = LAND_M;
+        }
+    }
+    start.name = "coast";
     start
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `waves`: two floats a column, one step a dispatch. Reads `glsl/water/waves.comp`.
+//! `waves`: two floats a column, one step a dispatch. Reads `glsl/water/waves_pass.glsl`.
 
-use super::{check_heights, Error, Params, Surface};
+use super::{
+    planes::{Planes, Rates},
+    Error, Params,
+};
 use crate::{
-    gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
+    gpu::{Access, Buffer, Gpu, Kernel, KernelInfo, Recorder, Result},
     shaders,
 };
 use glam::UVec2;
-use std::ffi::CStr;
+use std::{ffi::CStr, ops::Deref};
 
 /// How the grid is cut up. It changes the speed, never the result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +66,7 @@ impl Waves {
         Ok(Self { step: Kernel::new::<Params>(gpu, &info)?, rows: tuning.rows, has_land, gpu: gpu.clone() })
     }
 
-    /// A basin whose memory is not set yet: [`WavesState::upload`], or write [`WavesState::height`] and
+    /// A basin whose memory is not set yet: [`WavesState::upload`], or write [`Planes::height`] and
     /// [`WavesState::velocity`] as a caller likes.
     ///
     /// # Errors
@@ -76,35 +79,17 @@ impl Waves {
     }
 }
 
-/// One basin. Row by row, rows padded to a multiple of four columns: column `(x, y)` is at `y * pitch + x`.
+/// One basin: a plane of heights, one of velocities.
 pub struct WavesState {
-    heights: [Buffer; 2],
-    velocity: Buffer,
-    steps: [Bound; 2],
-    current: usize,
-    cells: UVec2,
-    pitch: u32,
+    planes: Planes,
     rows: u32,
-    has_land: bool,
 }
 
 impl WavesState {
     /// For `step`, whose blocks are `Height`, `Velocity` and `NewHeight`.
     pub(super) fn of(step: &Kernel, gpu: &Gpu, cells: UVec2, rows: u32, has_land: bool) -> Result<Self> {
-        let pitch = cells.x.next_multiple_of(4);
-        let bytes = 4 * u64::from(pitch) * u64::from(cells.y);
-        let buffer = |name: &str| Buffer::new(gpu, name, bytes, Residence::Device);
-        let heights = [buffer("water.height_m.0")?, buffer("water.height_m.1")?];
-        let velocity = buffer("water.velocity_mps")?;
-        let bind = |from: usize| {
-            step.bind(&[
-                ("Height", (&heights[from]).into()),
-                ("Velocity", (&velocity).into()),
-                ("NewHeight", (&heights[1 - from]).into()),
-            ])
-        };
-        let steps = [bind(0)?, bind(1)?];
-        Ok(Self { heights, velocity, steps, current: 0, cells, pitch, rows, has_land })
+        let rates = Rates { names: ["water.velocity_mps", ""], blocks: &["Velocity"], planes: 1, bytes: 4 };
+        Ok(Self { planes: Planes::new(gpu, step, cells, &rates, has_land)?, rows })
     }
 
     /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the
@@ -124,45 +109,18 @@ impl WavesState {
         grid: (UVec2, u32),
         params: &P,
     ) {
-        assert_eq!(grid, (self.cells, self.pitch), "grid of the parameters and of the state");
-        let threads = [self.pitch / 4, self.cells.y.div_ceil(self.rows), 1];
-        rec.span(name, |rec| rec.dispatch(&self.steps[self.current], threads, params));
-        self.current = 1 - self.current;
-    }
-
-    /// `f32` a column (m above rest): the surface after the steps recorded so far.
-    pub fn height(&self) -> &Buffer {
-        &self.heights[self.current]
+        let threads = UVec2::new(self.pitch() / 4, self.cells().y.div_ceil(self.rows));
+        self.planes.dispatch(rec, name, threads, grid, params);
     }
 
     /// `f32` a column (m/s): how fast it rises, half a step before the heights.
     pub fn velocity(&self) -> &Buffer {
-        &self.velocity
+        self.planes.rate()
     }
 
-    /// Columns from one row to the next.
-    pub fn pitch(&self) -> u32 {
-        self.pitch
-    }
-
-    /// The surface after the steps recorded so far, for drawing and disturbing.
-    pub fn surface(&self) -> Surface<'_> {
-        self.surfaces()[self.current]
-    }
-
-    /// The two between which the steps go to and fro.
-    pub fn surfaces(&self) -> [Surface<'_>; 2] {
-        [0, 1].map(|i| Surface {
-            cells: self.cells,
-            height_m: &self.heights[i],
-            pitch: self.pitch,
-            stride: 1,
-        })
-    }
-
-    /// Bytes on the device.
-    pub fn bytes(&self) -> u64 {
-        3 * self.velocity.bytes()
+    /// The velocities of each of [`Planes::surfaces`], for [`Disturb::list_of`](super::Disturb::list_of).
+    pub fn velocities(&self) -> [Option<&Buffer>; 2] {
+        self.planes.rates()
     }
 
     /// Sets heights (m above rest, [`LAND_M`](super::LAND_M) for land) and velocities (m/s), without padding.
@@ -170,11 +128,7 @@ impl WavesState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
-        check_heights("height_m", height_m, self.cells, self.has_land)?;
-        check_heights("velocity_mps", velocity_mps, self.cells, false)?;
-        gpu.upload_to(self.height(), &padded(height_m, self.cells, self.pitch))?;
-        gpu.upload_to(&self.velocity, &padded(velocity_mps, self.cells, self.pitch))?;
-        Ok(())
+        self.planes.upload_moving(gpu, height_m, velocity_mps)
     }
 
     /// Heights (m above rest) and velocities (m/s), without padding.
@@ -182,22 +136,13 @@ impl WavesState {
     /// # Errors
     /// The device's.
     pub fn download(&self, gpu: &Gpu) -> Result<(Vec<f32>, Vec<f32>)> {
-        let read = |buffer| gpu.download(buffer).map(|all| plain(&all, self.cells, self.pitch));
-        Ok((read(self.height())?, read(&self.velocity)?))
+        self.planes.download_moving(gpu)
     }
 }
 
-/// Rows of `cells.x` numbers, each filled up to `pitch`.
-pub(super) fn padded(plain: &[f32], cells: UVec2, pitch: u32) -> Vec<f32> {
-    let mut padded = vec![0.0; pitch as usize * cells.y as usize];
-    let rows = plain.chunks_exact(cells.x as usize);
-    for (to, from) in padded.chunks_exact_mut(pitch as usize).zip(rows) {
-        to[..from.len()].copy_from_slice(from);
+impl Deref for WavesState {
+    type Target = Planes;
+    fn deref(&self) -> &Planes {
+        &self.planes
     }
-    padded
-}
-
-/// The inverse of [`padded`].
-pub(super) fn plain(padded: &[f32], cells: UVec2, pitch: u32) -> Vec<f32> {
-    padded.chunks_exact(pitch as usize).flat_map(|row| &row[..cells.x as usize]).copied().collect()
 }

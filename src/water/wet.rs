@@ -2,11 +2,11 @@
 //! `wet`: pipes over ground that may be dry, one step a dispatch. Reads `glsl/water/wet.comp`.
 
 use super::{
-    depth::{kernel, Buffers, DepthState, Pass, Tier},
+    depth::{Buffers, DepthParams, DepthState, Tier},
     Tuning,
 };
 use crate::{
-    gpu::{Gpu, Kernel, Result},
+    gpu::{Gpu, Kernel, KernelInfo, Result},
     shaders,
 };
 use glam::UVec2;
@@ -22,9 +22,13 @@ impl Wet {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: Tuning) -> Result<Self> {
-        let blocks = ["Bed", "Rise", "Flow", "NewRise", "NewFlow"];
-        let step = kernel(gpu, c"water.wet", shaders::WATER_WET_COMP, &blocks, tuning)?;
-        Ok(Self { step, tuning, gpu: gpu.clone() })
+        let info = KernelInfo {
+            name: c"water.wet",
+            spv: shaders::WATER_WET_COMP,
+            blocks: &["Bed", "Rise", "Flow", "NewRise", "NewFlow"],
+            constants: &[tuning.group.x, tuning.group.y, tuning.rows],
+        };
+        Ok(Self { step: Kernel::new::<DepthParams>(gpu, &info)?, tuning, gpu: gpu.clone() })
     }
 
     /// A basin whose memory is not set yet: [`DepthState::upload`].
@@ -32,15 +36,15 @@ impl Wet {
     /// # Errors
     /// If the device has no room, or cannot see a buffer of that size.
     pub fn state(&self, cells: UVec2) -> Result<DepthState> {
-        DepthState::new(&self.gpu, Tier::Wet, cells, self.tuning.rows, |b: &Buffers<'_>| {
-            let bound = self.step.bind(&[
+        let threads = |pitch| UVec2::new(pitch / 4, cells.y.div_ceil(self.tuning.rows));
+        DepthState::new(&self.gpu, (Tier::Wet, c"water.wet"), cells, threads, |b: &Buffers<'_>| {
+            self.step.bind(&[
                 ("Bed", b.bed.into()),
                 ("Rise", b.rise.into()),
                 ("Flow", b.flow.into()),
                 ("NewRise", b.new_rise.into()),
                 ("NewFlow", b.new_flow.into()),
-            ])?;
-            Ok(vec![Pass { name: c"water.wet", bound }])
+            ])
         })
     }
 }

@@ -16,7 +16,8 @@ const SIZE: UVec2 = uvec2(320, 200);
 /// Four bytes a pixel, with the effect and without.
 fn pictures(gpu: &Gpu, builtin: Builtin, camera: &Camera, time_s: f64) -> [Vec<u8>; 2] {
     let (grid, heights) = hills();
-    let terrain = TerrainGrid { cells: grid.cells, size_m: grid.size_m, height_m: heights };
+    let terrain =
+        TerrainGrid { cells: grid.cells, size_m: grid.size_m, height_m: heights, built: Vec::new() };
     let mut stage = Stage::new(gpu, SIZE, Some(terrain)).unwrap();
     let ground = stage.terrain().map(|terrain| terrain.height().clone());
     let drawing = Drawing::new(gpu, &stage, builtin, ground.as_ref()).unwrap();

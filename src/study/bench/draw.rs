@@ -76,7 +76,7 @@ struct Push {
     count: u32,
     half_m: f32,
     along_m: f32,
-    alpha: f32,
+    light: f32,
 }
 
 const EYE_M: Vec3 = vec3(0.0, 0.0, 30.0);
@@ -87,7 +87,8 @@ impl Push {
         // At the near end of the cloud, 25 m from the eye.
         let pixel_m = 2.0 * (0.5 * FOV_RAD).tan() * 25.0 / rows as f32;
         let half_m = if has_drops { 0.15 } else { 2.0 } * pixel_m;
-        Self { count, half_m, along_m: if has_drops { 0.3 * pixel_m } else { 0.0 }, alpha: 0.0 }
+        let (along_m, light) = if has_drops { (0.3 * pixel_m, 20.0) } else { (0.0, 1.0) };
+        Self { count, half_m, along_m, light }
     }
 }
 

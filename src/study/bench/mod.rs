@@ -3,7 +3,10 @@
 //! than its twin is not timed.
 
 pub mod ballistic;
+pub mod black_hole;
 pub mod draw;
+pub mod particles;
+pub mod prims;
 pub mod water;
 
 use super::{
@@ -54,7 +57,8 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] = &[water::SUITE, ballistic::SUITE, draw::SUITE];
+const SUITES: &[Suite] =
+    &[water::SUITE, particles::SUITE, black_hole::SUITE, ballistic::SUITE, draw::SUITE, prims::SUITE];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -150,9 +154,14 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
 /// What the device cannot hold, or a grid too small for a variant, is left out; anything else is an error.
 fn reason_to_skip(error: Error) -> Result<String> {
     match error {
-        Error::Water(crate::water::Error::Gpu(error)) | Error::Gpu(error) if does_not_fit(&error) => {
+        Error::Water(crate::water::Error::Gpu(error))
+        | Error::Particles(crate::particles::Error::Gpu(error))
+        | Error::Gpu(error)
+            if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
+        {
             Ok(error.to_string())
         }
+        Error::Particles(crate::particles::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         Error::Water(crate::water::Error::Invalid(invalid)) => Ok(invalid.to_string()),
         error @ Error::Lacks { .. } => Ok(error.to_string()),
         error => Err(error),

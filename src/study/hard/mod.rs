@@ -3,6 +3,8 @@
 //! and a function of a few lines.
 
 pub mod ballistic;
+pub mod black_hole;
+pub mod system;
 pub mod water;
 
 use super::{
@@ -10,11 +12,40 @@ use super::{
     Error, OnProgress, Progress, Result,
 };
 use crate::gpu::Gpu;
+use std::{cell::RefCell, collections::HashMap};
 
 /// What a case runs on.
 pub struct Context<'a> {
     /// The device.
     pub gpu: &'a Gpu,
+    /// What rows have measured that others ask for too.
+    shared: RefCell<HashMap<(&'static str, String), Vec<f64>>>,
+}
+
+impl<'a> Context<'a> {
+    /// Nothing has run.
+    pub fn new(gpu: &'a Gpu) -> Self {
+        Self { gpu, shared: RefCell::default() }
+    }
+
+    /// The numbers of a run that several cases look at, each from its own side: run once for each variant.
+    ///
+    /// # Errors
+    /// That of `run`.
+    pub fn shared(
+        &self,
+        name: &'static str,
+        variant: &str,
+        run: impl FnOnce() -> Result<Vec<f64>>,
+    ) -> Result<Vec<f64>> {
+        let key = (name, variant.to_owned());
+        if let Some(numbers) = self.shared.borrow().get(&key) {
+            return Ok(numbers.clone());
+        }
+        let numbers = run()?;
+        self.shared.borrow_mut().insert(key, numbers.clone());
+        Ok(numbers)
+    }
 }
 
 /// One quantity against its limit.
@@ -84,36 +115,40 @@ impl Case {
         })
     }
 
-    fn matches(&self, filter: &str) -> bool {
-        let filter = filter.to_lowercase();
-        let in_variant = self.variants.iter().any(|variant| variant.contains(filter.as_str()));
-        self.id.to_lowercase().starts_with(&filter)
-            || self.title.to_lowercase().contains(&filter)
-            || in_variant
+    /// How well a filter finds the case: not at all, by its words, by the start of its identifier, by all of it.
+    fn fit(&self, filter: &str) -> u8 {
+        let (filter, id) = (filter.to_lowercase(), self.id.to_lowercase());
+        let in_words = || self.title.to_lowercase().contains(&filter);
+        let in_variants = || self.variants.iter().any(|variant| variant.contains(filter.as_str()));
+        match () {
+            () if id == filter => 3,
+            () if id.starts_with(&filter) => 2,
+            () => u8::from(in_words() || in_variants()),
+        }
     }
 }
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES, ballistic::CASES].into_iter().flatten()
+    [water::CASES, water::DEPTH_CASES, black_hole::CASES, ballistic::CASES, system::CASES]
+        .into_iter()
+        .flatten()
 }
 
-/// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it, or
-/// whose title or variants contain it. All if there are no filters.
+/// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it; if
+/// none does, those whose title or variants contain it. All if there are no filters.
 ///
 /// # Errors
 /// [`Error::NoSuch`] if a filter finds nothing.
 pub fn select(filters: &[String]) -> Result<Vec<&'static Case>> {
     let mut taken: Vec<bool> = cases().map(|_| filters.is_empty()).collect();
     for filter in filters {
-        let exact = cases().any(|case| case.id.eq_ignore_ascii_case(filter));
-        let mut found = false;
-        for (taken, case) in taken.iter_mut().zip(cases()) {
-            let hit = if exact { case.id.eq_ignore_ascii_case(filter) } else { case.matches(filter) };
-            *taken |= hit;
-            found |= hit;
-        }
-        if !found {
+        let best = cases().map(|case| case.fit(filter)).max().unwrap_or(0);
+        taken
+            .iter_mut()
+            .zip(cases())
+            .for_each(|(taken, case)| *taken |= best > 0 && case.fit(filter) == best);
+        if best == 0 {
             let mut have: Vec<String> = cases().map(|case| case.id.into()).collect();
             have.dedup();
             return Err(Error::NoSuch { what: "hard case", wanted: filter.clone(), have });
@@ -130,10 +165,11 @@ pub fn run(gpu: &Gpu, filters: &[String], progress: OnProgress<'_>) -> Result<Ha
     let chosen = select(filters)?;
     let of = chosen.iter().map(|case| case.variants.len()).sum();
     let mut rows = Vec::new();
+    let context = Context::new(gpu);
     for case in chosen {
         for variant in case.variants {
             progress(Progress { done: rows.len(), of, now: &format!("{} {variant}", case.id) });
-            rows.push(case.row(&Context { gpu }, variant)?);
+            rows.push(case.row(&context, variant)?);
         }
     }
     Ok(HardCases {

@@ -5,7 +5,7 @@ use crate::{
     gpu::Gpu,
     study::{
         hard::{Context, Outcome},
-        runs::{apart, book_constants, twin, Basin, Scheme, Tunings},
+        runs::{apart, book_constants, larger, twin, Basin, Scheme, Tunings},
         Result,
     },
     water::{
@@ -39,7 +39,7 @@ fn swing(
     let amplitude = oracle::amplitude(&height, &mode);
     let phase = zero - (amplitude / AMPLITUDE).asin();
     let residual = height.iter().zip(&mode).map(|(&h, shape)| (f64::from(h) - amplitude * shape).abs());
-    Ok(Swing { frequency: phase / (steps * model.dt_s), residual: residual.fold(0.0, f64::max) / AMPLITUDE })
+    Ok(Swing { frequency: phase / (steps * model.dt_s), residual: residual.fold(0.0, larger) / AMPLITUDE })
 }
 
 fn on_gpu<'a>(context: &'a Context<'_>, scheme: Scheme) -> impl Fn(&Start, u32) -> Result<Vec<f32>> + 'a {
@@ -101,20 +101,37 @@ fn wall_model(cells: u32, diagonal: f64, walls: Walls) -> Model {
     Model { damping_per_s: 0.0, diagonal, walls, ..model }.with_courant(0.5)
 }
 
-/// Errors of the frequency on each grid, and the order between each grid and the next.
-fn orders(
+/// On each grid the error of the frequency, then on each grid the residual of the shape.
+fn along_wall(
     walls: Walls,
     diagonal: f64,
     run: impl Fn(&Start, u32) -> Result<Vec<f32>>,
-) -> Result<(Vec<f64>, Vec<f64>)> {
-    let error = |cells| {
+) -> Result<Vec<f64>> {
+    let swung = |cells| {
         let model = wall_model(cells, diagonal, walls);
         let want = exact(&model, ALONG);
-        Ok(swing(&model, ALONG, want, &run)?.frequency / want - 1.0)
+        let swing = swing(&model, ALONG, want, &run)?;
+        Ok((swing.frequency / want - 1.0, swing.residual))
     };
-    let errors = SIZES.into_iter().map(error).collect::<Result<Vec<f64>>>()?;
-    let orders = errors.windows(2).map(|pair| (pair[0] / pair[1]).abs().log2()).collect();
-    Ok((errors, orders))
+    let all = SIZES.into_iter().map(swung).collect::<Result<Vec<_>>>()?;
+    Ok(all.iter().map(|(error, _)| *error).chain(all.iter().map(|(_, residual)| *residual)).collect())
+}
+
+/// Frequency errors and residuals, of the variant and of the book's walls in a twin.
+fn waves_along_wall(context: &Context<'_>, variant: &str) -> Result<[Vec<f64>; 4]> {
+    let scheme = Scheme::named(variant);
+    let mut measured = context.shared("along a wall", variant, || {
+        along_wall(Walls::Folded, scheme.diagonal, on_gpu(context, scheme))
+    })?;
+    let mut seed =
+        context.shared("along a wall", "the book's", || along_wall(Walls::Dropped, 1.0, in_twin))?;
+    let (residuals, of_seed) = (measured.split_off(SIZES.len()), seed.split_off(SIZES.len()));
+    Ok([measured, residuals, seed, of_seed])
+}
+
+/// Between each grid and the next.
+fn orders(errors: &[f64]) -> Vec<f64> {
+    errors.windows(2).map(|pair| (pair[0] / pair[1]).abs().log2()).collect()
 }
 
 fn farthest_from_2(orders: &[f64]) -> f64 {
@@ -122,9 +139,8 @@ fn farthest_from_2(orders: &[f64]) -> f64 {
 }
 
 pub fn order_along_wall(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let scheme = Scheme::named(variant);
-    let (errors, measured) = orders(Walls::Folded, scheme.diagonal, on_gpu(context, scheme))?;
-    let (_, seed) = orders(Walls::Dropped, 1.0, in_twin)?;
+    let [errors, _, seed_errors, _] = waves_along_wall(context, variant)?;
+    let (measured, seed) = (orders(&errors), orders(&seed_errors));
     let words = |numbers: &[f64]| numbers.iter().map(|n| format!("{n:.2}")).collect::<Vec<_>>().join(", ");
     Ok(Outcome::of(farthest_from_2(&measured)).seed(farthest_from_2(&seed)).note(format!(
         "orders {}, error {:.1e} at 128 cells; the book's walls in a twin: orders {}",
@@ -134,19 +150,10 @@ pub fn order_along_wall(context: &Context<'_>, variant: &str) -> Result<Outcome>
     )))
 }
 
-fn worst_residual(walls: Walls, diagonal: f64, run: impl Fn(&Start, u32) -> Result<Vec<f32>>) -> Result<f64> {
-    SIZES.into_iter().try_fold(0.0, |worst, cells| {
-        let model = wall_model(cells, diagonal, walls);
-        Ok(f64::max(worst, swing(&model, ALONG, exact(&model, ALONG), &run)?.residual))
-    })
-}
-
 pub fn shape_along_wall(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let scheme = Scheme::named(variant);
-    let measured = worst_residual(Walls::Folded, scheme.diagonal, on_gpu(context, scheme))?;
-    Ok(Outcome::of(measured)
-        .seed(worst_residual(Walls::Dropped, 1.0, in_twin)?)
-        .note("the book's walls in a twin"))
+    let [_, residuals, _, seed] = waves_along_wall(context, variant)?;
+    let worst = |residuals: Vec<f64>| residuals.into_iter().fold(0.0, larger);
+    Ok(Outcome::of(worst(residuals)).seed(worst(seed)).note("the book's walls in a twin"))
 }
 
 const STEPS: u32 = 16;
@@ -183,7 +190,7 @@ pub fn odd_grids(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let (mut worst, mut at) = (0.0, UVec2::ZERO);
     for cells in GRIDS {
         let apart = from_twin(context.gpu, scheme, Tunings::for_grid(context.gpu, cells), cells)?;
-        if apart > worst {
+        if larger(worst, apart) != worst {
             (worst, at) = (apart, cells);
         }
     }

@@ -5,11 +5,11 @@ use crate::{
     study::{
         depths::{from_twin, tier_of, DepthBasin, ROUNDING},
         hard::{Case, Context, Outcome},
-        runs::Scheme,
+        runs::{larger, Scheme},
         Result,
     },
     water::{
-        cpu,
+        cpu, cpu_pipes,
         cpu_wet::Depths,
         dam::{steps_to, Bowl, DamBreak, Swing, GRAVITY_MPS2},
         oracle::relative_l2,
@@ -87,6 +87,14 @@ pub const CASES: &[Case] = &[
         limit: ROUNDING,
         run: odd_grids,
     },
+    Case {
+        id: "W17",
+        title: "NaN, infinity and numbers beyond 1e6 in one column of a start are refused, whatever the column holds",
+        variants: BOTH,
+        unit: "starts taken",
+        limit: 0.0,
+        run: absurd_starts,
+    },
 ];
 
 fn tier(variant: &str) -> Tier {
@@ -133,7 +141,7 @@ static PRINTED_COLLAPSE: LazyLock<(f64, usize, f64)> = LazyLock::new(|| {
 });
 
 /// Lowest column, and the largest gain of the volume, at three steps.
-fn collapse(context: &Context<'_>, variant: &str) -> Result<(f64, f64)> {
+fn collapse(context: &Context<'_>, variant: &str) -> Result<Vec<f64>> {
     const LOOKS: u32 = 40;
     const STEPS: u32 = 2000;
     let tier = tier(variant);
@@ -146,16 +154,16 @@ fn collapse(context: &Context<'_>, variant: &str) -> Result<(f64, f64)> {
             basin.steps(STEPS / LOOKS)?;
             let depths = basin.columns()?.depths_m();
             // A depth that is no number must not get lost.
-            low = depths.iter().fold(low, |low, &h| if h >= low { low } else { h });
+            low = depths.iter().fold(low, |low, &h| -larger(-low, -h));
             let now = volume(&depths) / volume(&start) - 1.0;
-            gain = if now.abs() <= f64::abs(gain) { gain } else { now };
+            gain = if now.abs() <= f64::abs(gain) || gain.is_nan() { gain } else { now };
         }
     }
-    Ok((low, gain))
+    Ok(vec![low, gain])
 }
 
 fn lowest_on_dry_bed(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let (low, _) = collapse(context, variant)?;
+    let low = context.shared("collapse", variant, || collapse(context, variant))?[0];
     let (seed, below, _) = *PRINTED_COLLAPSE;
     Ok(Outcome::of(if low >= 0.0 { 0.0 } else { -low }).seed(-seed).note(format!(
         "looked at every 50 of 2000 steps, at 0.14, 0.7 and 0.99 of the longest; of the listings up to {below} of \
@@ -164,7 +172,7 @@ fn lowest_on_dry_bed(context: &Context<'_>, variant: &str) -> Result<Outcome> {
 }
 
 fn volume_on_dry_bed(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let (_, gain) = collapse(context, variant)?;
+    let gain = context.shared("collapse", variant, || collapse(context, variant))?[1];
     Ok(Outcome::of(gain)
         .seed(PRINTED_COLLAPSE.2)
         .note("largest of 40 looks in 2000 steps, at 0.14, 0.7 and 0.99 of the longest; the listings after 600 frames"))
@@ -186,8 +194,10 @@ fn lake(offset_m: f64) -> (Columns, f64) {
 const LAKE_STEPS: u32 = 2000;
 
 /// How far from level (ulp), and the largest flow, of `4 dt g H / dx` ulp.
-fn unrest(context: &Context<'_>, variant: &str) -> Result<(f64, f64)> {
-    const LOOKS: u32 = 100;
+fn unrest(context: &Context<'_>, variant: &str) -> Result<Vec<f64>> {
+    // The first steps one by one, so that no two-step cycle hides.
+    const SINGLE: u32 = 20;
+    const EVERY: u32 = 20;
     let tier = tier(variant);
     let model = model(tier, BASIN, 1.0, 0.9);
     let (mut ulps, mut flows) = (0.0, 0.0);
@@ -197,54 +207,58 @@ fn unrest(context: &Context<'_>, variant: &str) -> Result<(f64, f64)> {
         let ulp = f64::from(f32::from_bits(nearest.to_bits() + 1) - nearest);
         let allowed = 4.0 * model.dt_s * model.gravity_mps2 / model.cell_m * ulp;
         let mut basin = DepthBasin::new(context.gpu, tier, &model, &columns)?;
-        for look in 0..LOOKS {
-            // The first steps one by one, so that no two-step cycle hides.
-            basin.steps(if look < 20 { 1 } else { LAKE_STEPS / LOOKS })?;
+        let at_start = columns.depths_m();
+        for look in 0..SINGLE + (LAKE_STEPS - SINGLE) / EVERY {
+            basin.steps(if look < SINGLE { 1 } else { EVERY })?;
             let now = basin.columns()?;
             let (depths, surfaces) = (now.depths_m(), now.surfaces_m());
             for (i, depth) in depths.iter().enumerate() {
-                let was_wet = columns.depths_m()[i] > 0.0;
+                let was_wet = at_start[i] > 0.0;
                 let apart =
                     if was_wet { (surfaces[i] - f64::from(nearest)).abs() / ulp } else { depth / ulp };
                 let carries = if tier == Tier::Wet { 1.0 } else { *depth };
                 let flow = carries * f64::from(now.east[i].abs().max(now.south[i].abs())) / allowed;
-                ulps = if apart <= ulps { ulps } else { apart };
-                flows = if flow <= flows { flows } else { flow };
+                ulps = larger(ulps, apart);
+                flows = larger(flows, flow);
             }
         }
     }
-    Ok((ulps, flows))
+    Ok(vec![ulps, flows])
 }
 
-/// Largest change of the surface and of the flow (m^2/s) when pipes take depths for heights.
-static DEPTH_DRIVEN: LazyLock<f64> = LazyLock::new(|| {
+/// Largest change of the surface (m), and the largest flow, of `4 dt g H / dx` ulp of the level, when pipes take depths for
+/// heights.
+static DEPTH_DRIVEN: LazyLock<(f64, f64)> = LazyLock::new(|| {
     let depths: Vec<f32> = lake(0.0).0.depths_m().iter().map(|&h| h as f32).collect();
     let model = Model { cell_m: 1.0, speed_mps: GRAVITY_MPS2.sqrt(), ..starts::model(BASIN, 0.0) };
     let model = model.with_courant(0.9 * model.courant_limit());
-    let mut twin = cpu::Waves::<f64>::at_rest(&Model { damping_per_s: 0.0, ..model }, &depths);
-    let mut worst = 0.0;
+    let mut twin = cpu_pipes::Pipes::<f64>::at_rest(&Model { damping_per_s: 0.0, ..model }, &depths);
+    let (mut rise, mut flow) = (0.0, 0.0);
     for _ in 0..LAKE_STEPS {
         twin.step();
         let apart = twin.height_m.iter().zip(&depths).map(|(a, &b)| (a - f64::from(b)).abs());
-        worst = apart.fold(worst, f64::max);
+        rise = apart.fold(rise, f64::max);
+        flow = twin.flow_mps.iter().flatten().map(|f| f.abs()).fold(flow, f64::max);
     }
-    worst
+    (rise, flow * model.cell_m / (4.0 * model.dt_s * GRAVITY_MPS2 / model.cell_m * LEVEL_ULP))
 });
 
+/// Of the lake's surface at no offset, 0.3 m.
+const LEVEL_ULP: f64 = f32::EPSILON as f64 / 4.0;
+
 fn level_lake(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let (ulps, _) = unrest(context, variant)?;
-    let ulp = f64::from(f32::EPSILON) / 4.0; // of 0.3 m
-    Ok(Outcome::of(ulps).seed(*DEPTH_DRIVEN / ulp).note(format!(
-        "heights as they come: the level is not told; pipes that depths drive move the surface by {:.2} m",
-        *DEPTH_DRIVEN
+    let ulps = context.shared("unrest", variant, || unrest(context, variant))?[0];
+    let (rise, _) = *DEPTH_DRIVEN;
+    Ok(Outcome::of(ulps).seed(rise / LEVEL_ULP).note(format!(
+        "heights as they come: the level is not told; pipes that depths drive move the surface by {rise:.2} m"
     )))
 }
 
 fn still_lake(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let (_, flows) = unrest(context, variant)?;
-    // A surface that moves by so much a period is driven by flows of that order.
-    let ulp = f64::from(f32::EPSILON) / 4.0;
-    Ok(Outcome::of(flows).seed(*DEPTH_DRIVEN / (4.0 * ulp)).note(format!("largest in {LAKE_STEPS} steps")))
+    let flows = context.shared("unrest", variant, || unrest(context, variant))?[1];
+    Ok(Outcome::of(flows)
+        .seed(DEPTH_DRIVEN.1)
+        .note(format!("largest in {LAKE_STEPS} steps; pipes that depths drive in a twin")))
 }
 
 fn ripple_on_the_deep(context: &Context<'_>, variant: &str) -> Result<Outcome> {
@@ -319,7 +333,7 @@ fn bowl(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let mut low = f64::INFINITY;
     for look in 0..looks {
         basin.steps(steps * (look + 1) / looks - steps * look / looks)?;
-        low = basin.columns()?.depths_m().into_iter().fold(low, |low, h| if h >= low { low } else { h });
+        low = basin.columns()?.depths_m().into_iter().fold(low, |low, h| -larger(-low, -h));
     }
     let depths = basin.columns()?.depths_m();
 
@@ -332,6 +346,25 @@ fn bowl(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         .seed(bowl.distance(&model, &pipes, time_s))
         .only_if(low >= 0.0)
         .note(format!("lowest column {low:e} m; pipes of even depth in a twin")))
+}
+
+fn absurd_starts(context: &Context<'_>, variant: &str) -> Result<Outcome> {
+    const BAD: [f32; 4] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30];
+    let tier = tier(variant);
+    let model = model(tier, BASIN, 1.0, 0.9);
+    let (good, _) = lake(0.0);
+    let taken = |columns: &Columns| DepthBasin::new(context.gpu, tier, &model, columns).is_ok();
+    let mut wrong = 0;
+    for bad in BAD {
+        for field in 0..4 {
+            let mut columns = good.clone();
+            [&mut columns.bed_m, &mut columns.rise_m, &mut columns.east, &mut columns.south][field][77] = bad;
+            wrong += u32::from(taken(&columns));
+        }
+    }
+    Ok(Outcome::of(f64::from(wrong))
+        .only_if(taken(&good))
+        .note(format!("of {} starts; the same one without them is taken", 4 * BAD.len())))
 }
 
 const GRIDS: [UVec2; 8] = [

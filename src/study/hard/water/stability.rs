@@ -4,7 +4,7 @@
 use crate::{
     study::{
         hard::{Context, Outcome},
-        runs::{book_constants, rms, Basin, Scheme},
+        runs::{book_constants, larger, rms, Basin, Scheme},
         Result,
     },
     water::{cpu, oracle, starts, Model},
@@ -28,7 +28,7 @@ pub fn flat_lake(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let mut basin = Basin::new(context.gpu, scheme, &start)?;
     basin.steps(STEPS)?;
     let height = basin.heights()?;
-    let worst = height.iter().map(|h| f64::from(h - 1.0).abs()).fold(0.0, f64::max);
+    let worst = height.iter().map(|h| f64::from(h - 1.0).abs()).fold(0.0, larger);
     let ulp = worst / f64::from(f32::EPSILON);
     Ok(Outcome::of(oracle::volume(&height) / oracle::volume(&start.height_m) - 1.0)
         .seed(*PRINTED_LOSS)
@@ -52,7 +52,7 @@ pub fn longest_step(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let mut worst = 0.0;
     for _ in 0..LOOKS {
         basin.steps(STEPS / LOOKS)?;
-        worst = f64::max(worst, rms(&basin.heights()?) / rms(&start.height_m));
+        worst = larger(worst, rms(&basin.heights()?) / rms(&start.height_m));
     }
     let refused = above.check().err();
     Ok(Outcome::of(worst.powf(1.0 / f64::from(STEPS)))
@@ -108,7 +108,7 @@ pub fn checkerboard(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     // Steps in odd strides, to meet the swing at every phase.
     for _ in 0..100 {
         basin.steps(37)?;
-        largest = largest.max(share(&basin.heights()?));
+        largest = larger(largest, share(&basin.heights()?));
     }
     Ok(Outcome::of(largest).note("after 1 to 3701 steps without damping"))
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Water against its twins, exact solutions, and what must hold whatever the numbers.
-#![allow(missing_docs)]
+//! `book` and `waves` against their twins, exact solutions, and what must hold whatever the numbers.
 
-mod common;
-
-use common::{distance, gpu, Distance, TestGpu};
+use crate::{
+    common::{distance, gpu, Distance, TestGpu},
+    rounds_twice, GRIDS, ODD, TUNING,
+};
 use glam::{uvec2, vec2, UVec2};
 use whitecap::{
     gpu::Access,
@@ -16,22 +16,6 @@ use whitecap::{
     },
 };
 
-/// Grids that no workgroup and no vector divides, and the smallest there are.
-const GRIDS: [UVec2; 10] = [
-    uvec2(1, 1),
-    uvec2(1, 40),
-    uvec2(40, 1),
-    uvec2(2, 2),
-    uvec2(3, 5),
-    uvec2(17, 33),
-    uvec2(64, 16),
-    uvec2(77, 45),
-    uvec2(255, 257),
-    uvec2(1000, 3),
-];
-const ODD: UVec2 = uvec2(77, 45);
-const TUNING: Tuning = Tuning { group: uvec2(8, 8), rows: 4 };
-
 fn waves_state(gpu: &TestGpu, tuning: Tuning, start: &Start) -> WavesState {
     let has_land = start.height_m.contains(&LAND_M);
     let state = Waves::new(gpu, tuning, has_land).unwrap().state(start.model.cells).unwrap();
@@ -40,7 +24,7 @@ fn waves_state(gpu: &TestGpu, tuning: Tuning, start: &Start) -> WavesState {
     state
 }
 
-fn run_waves(gpu: &TestGpu, tuning: Tuning, start: &Start, steps: u32) -> (Vec<f32>, Vec<f32>) {
+pub fn run_waves(gpu: &TestGpu, tuning: Tuning, start: &Start, steps: u32) -> (Vec<f32>, Vec<f32>) {
     let mut state = waves_state(gpu, tuning, start);
     let params = start.model.params(state.pitch());
     gpu.once(|rec| {
@@ -72,18 +56,16 @@ fn run_book(gpu: &TestGpu, start: &Start, steps: u32) -> Vec<f32> {
     state.download(gpu).unwrap().iter().map(|column| column.height_m).collect()
 }
 
-fn twin<T: cpu::Real>(start: &Start, steps: u32) -> cpu::Waves<T> {
+pub fn twin<T: cpu::Real>(start: &Start, steps: u32) -> cpu::Waves<T> {
     let mut twin = cpu::Waves::at_rest(&start.model, &start.height_m);
     (0..steps).for_each(|_| twin.step());
     twin
 }
 
-/// The twin that rounds as the device does: GLSL leaves it to the driver whether `fma` is rounded once, and one step shows.
+/// The twin that rounds as the device does.
 fn same(gpu: &TestGpu, start: &Start, steps: u32) -> cpu::Waves<f32> {
-    let probe = starts::noise(starts::model(uvec2(17, 33), 0.25));
-    let rounds_twice = run_waves(gpu, TUNING, &probe, 1).0 == twin::<f32>(&probe, 1).height_m;
     let twin = cpu::Waves::at_rest(&start.model, &start.height_m);
-    let mut twin = if rounds_twice { twin } else { twin.fused() };
+    let mut twin = if rounds_twice(gpu) { twin } else { twin.fused() };
     (0..steps).for_each(|_| twin.step());
     twin
 }

@@ -1,34 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Several steps a dispatch against one step a dispatch, to the bit.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{gpu, TestGpu};
-use glam::{uvec2, vec2, UVec2};
+use crate::{
+    common::{gpu, TestGpu},
+    GRIDS,
+};
+use glam::{dvec3, uvec2, vec2, DVec3};
 use whitecap::{
     gpu::Access,
     water::{
+        bodies::{Path, Pose, Shape},
         starts::{self, Start},
-        Disturb, DisturbParams, Disturbance, Disturbances, Fused, FusedState, FusedTuning, Model, Tuning,
-        Walls, Waves, WavesState, LAND_M,
+        Bodies, Body, BodyParams, Disturb, DisturbParams, Disturbance, Disturbances, Fused, FusedState,
+        FusedTuning, Model, Walls, Waves, WavesState, LAND_M,
     },
 };
 
-/// As in tests/water.rs: nothing divides them, and the smallest there are.
-const GRIDS: [UVec2; 10] = [
-    uvec2(1, 1),
-    uvec2(1, 40),
-    uvec2(40, 1),
-    uvec2(2, 2),
-    uvec2(3, 5),
-    uvec2(17, 33),
-    uvec2(64, 16),
-    uvec2(77, 45),
-    uvec2(255, 257),
-    uvec2(1000, 3),
-];
-const ONE_STEP: Tuning = Tuning { group: uvec2(8, 8), rows: 4 };
 const TUNING: FusedTuning = FusedTuning { group: uvec2(8, 4), rows: 8, steps: 6, buffers: 1 };
 
 const fn tuning(x: u32, y: u32, rows: u32, steps: u32, buffers: u32) -> FusedTuning {
@@ -45,7 +32,7 @@ fn fused_state(gpu: &TestGpu, tuning: FusedTuning, start: &Start) -> FusedState 
 
 fn waves_state(gpu: &TestGpu, start: &Start) -> WavesState {
     let has_land = start.height_m.contains(&LAND_M);
-    let state = Waves::new(gpu, ONE_STEP, has_land).unwrap().state(start.model.cells).unwrap();
+    let state = Waves::new(gpu, crate::TUNING, has_land).unwrap().state(start.model.cells).unwrap();
     state.upload(gpu, &start.height_m, &rising(start)).unwrap();
     state
 }
@@ -121,6 +108,15 @@ fn fused_steps_round_islands_are_single_steps() {
             assert_same_bits(&what, &fused(&gpu, TUNING, &start, 31), &by_one(&gpu, &start, 31));
         }
     }
+}
+
+#[test]
+fn tiles_of_open_water_and_tiles_with_a_shore_are_single_steps() {
+    let gpu = gpu();
+    let start = starts::coast(starts::model(uvec2(255, 130), 0.25));
+    let land = start.height_m.iter().filter(|h| **h == LAND_M).count();
+    assert!((1000..3000).contains(&land), "{land} columns of land");
+    assert_same_bits("coast", &fused(&gpu, TUNING, &start, 25), &by_one(&gpu, &start, 25));
 }
 
 #[test]
@@ -236,6 +232,47 @@ fn disturbances_fall_between_blocks_of_any_length() {
 }
 
 #[test]
+fn walls_and_bodies_between_blocks_are_those_between_single_steps() {
+    let gpu = gpu();
+    let model = Model { walls: Walls::Dropped, ..starts::model(uvec2(77, 45), 1.0) };
+    for start in [starts::hump(model), starts::islands(starts::model(uvec2(77, 45), 0.25))] {
+        let (mut by_one, mut state) = (waves_state(&gpu, &start), fused_state(&gpu, TUNING, &start));
+        let params = start.model.params(state.pitch());
+        let from = BodyParams::new(&state.surface(), start.model.cells, start.model.cell_m, 1);
+        let bodies = Bodies::new(&gpu).unwrap();
+        let mut lists = [by_one.surfaces(), state.surfaces()].map(|both| bodies.list(both, from, 3).unwrap());
+        let path = Path::Keys(vec![(0.0, dvec3(6.0, 0.2, 7.0)), (3.0, dvec3(30.0, -0.5, 15.0))]);
+        let body = Body { shape: Shape::Sphere(2.2), path, yaw_rad: 0.0 };
+        let poses: Vec<_> = (0..4).map(|t| body.pose(f64::from(t), DVec3::ZERO)).collect();
+        let staged = [0, 1].map(|k: usize| lists[k].staging(poses.clone()).unwrap());
+        gpu.once(|rec| {
+            for (list, staging) in lists.iter().zip(&staged) {
+                rec.copy(staging, list.poses());
+            }
+            rec.barrier(Access::CopyWrite, Bodies::ENTRY);
+            lists[0].record_draughts(rec, &by_one.surface());
+            lists[1].record_draughts(rec, &state.surface());
+            rec.barrier(Bodies::EXIT, Bodies::ENTRY);
+            for (moved, steps) in [5, 1, 8].into_iter().enumerate() {
+                lists[0].record(rec, &by_one.surface(), moved as u32);
+                lists[1].record(rec, &state.surface(), moved as u32);
+                rec.barrier(Bodies::EXIT, Fused::ENTRY);
+                for _ in 0..steps {
+                    by_one.record(rec, &params);
+                    rec.barrier(Waves::EXIT, Waves::ENTRY);
+                }
+                state.record(rec, &params, steps);
+                rec.barrier(Fused::EXIT, Bodies::ENTRY);
+            }
+        })
+        .unwrap();
+        let raised = gpu.download::<Pose>(lists[1].poses()).unwrap();
+        assert!(raised.iter().all(|pose| pose.displaced_m3 > 0.1), "the body is in the water: {raised:?}");
+        assert_same_bits(start.name, &state.download(&gpu).unwrap(), &by_one.download(&gpu).unwrap());
+    }
+}
+
+#[test]
 fn flat_water_stays_flat_to_the_bit() {
     let gpu = gpu();
     for (diagonal, walls) in [(0.0, Walls::Folded), (0.25, Walls::Folded), (1.0, Walls::Dropped)] {
@@ -263,11 +300,11 @@ fn a_tuning_that_leaves_nothing_of_a_tile_is_refused() {
     );
     assert_eq!(refused(tuning(8, 8, 32, 4, 1)), "kernel `water.fused`: 32 rows: allowed are 1 to 31");
     let huge = refused(tuning(32, 32, 31, 4, 2));
-    assert!(huge.starts_with("kernel `water.fused`: 573440 bytes of shared memory, and "), "{huge}");
+    assert!(huge.starts_with("kernel `water.fused`: 573444 bytes of shared memory, and "), "{huge}");
 }
 
 #[test]
-#[should_panic(expected = "grid and walls")]
+#[should_panic(expected = "walls of the parameters")]
 fn parameters_of_other_walls_are_refused() {
     let gpu = gpu();
     let start = starts::hump(starts::model(uvec2(17, 33), 0.25));

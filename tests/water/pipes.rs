@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pipes against their twin, against the other models, and several steps a dispatch against one.
-#![allow(missing_docs)]
 
-mod common;
-
-use common::{distance, gpu, TestGpu};
+use crate::{
+    common::{distance, gpu, TestGpu},
+    rounds_twice, GRIDS, ODD, TUNING,
+};
 use glam::{uvec2, vec2, UVec2};
 use whitecap::{
     gpu::Access,
@@ -17,19 +17,6 @@ use whitecap::{
     },
 };
 
-/// As in tests/water.rs: nothing divides them, and the smallest there are.
-const GRIDS: [UVec2; 10] = [
-    uvec2(1, 1),
-    uvec2(1, 40),
-    uvec2(40, 1),
-    uvec2(2, 2),
-    uvec2(3, 5),
-    uvec2(17, 33),
-    uvec2(64, 16),
-    uvec2(77, 45),
-    uvec2(255, 257),
-    uvec2(1000, 3),
-];
 const WEIGHTS: [(f64, Walls); 5] = [
     (0.0, Walls::Folded),
     (0.25, Walls::Folded),
@@ -37,8 +24,7 @@ const WEIGHTS: [(f64, Walls); 5] = [
     (0.25, Walls::Dropped),
     (1.0, Walls::Dropped),
 ];
-const ODD: UVec2 = uvec2(77, 45);
-const ONE_STEP: PipesTuning = PipesTuning::OneStep(Tuning { group: uvec2(8, 8), rows: 4 });
+const ONE_STEP: PipesTuning = PipesTuning::OneStep(TUNING);
 const WAVES: FusedTuning = FusedTuning { group: uvec2(8, 8), rows: 4, steps: 6, buffers: 1 };
 const FUSED: PipesTuning = fused(8, 8, 4, 5, 1);
 
@@ -67,12 +53,10 @@ fn twin<T: cpu::Real>(start: &Start, steps: u32) -> cpu_pipes::Pipes<T> {
     twin
 }
 
-/// The twin that rounds as the device does: GLSL leaves it to the driver whether `fma` is rounded once, and one step shows.
+/// The twin that rounds as the device does.
 fn same(gpu: &TestGpu, start: &Start, steps: u32) -> cpu_pipes::Pipes<f32> {
-    let probe = starts::noise(starts::model(uvec2(17, 33), 0.25));
-    let rounds_twice = heights(&run(gpu, ONE_STEP, &probe, 1)) == twin::<f32>(&probe, 1).height_m;
     let twin = cpu_pipes::Pipes::at_rest(&start.model, &start.height_m);
-    let mut twin = if rounds_twice { twin } else { twin.fused() };
+    let mut twin = if rounds_twice(gpu) { twin } else { twin.fused() };
     (0..steps).for_each(|_| twin.step());
     twin
 }
@@ -131,6 +115,13 @@ fn fused_steps_are_single_steps() {
         let is_same = run(&gpu, FUSED, &start, 31) == run(&gpu, ONE_STEP, &start, 31);
         assert!(is_same, "{}", name(&start));
     }
+}
+
+#[test]
+fn tiles_of_open_water_and_tiles_with_a_shore_are_single_steps() {
+    let gpu = gpu();
+    let start = starts::coast(starts::model(uvec2(255, 130), 0.25));
+    assert!(run(&gpu, FUSED, &start, 25) == run(&gpu, ONE_STEP, &start, 25));
 }
 
 #[test]

@@ -1,0 +1,29 @@
+// What a particle is, for laws, passes and whoever draws. Mirrors `particles::Particle`.
+#ifndef PARTICLE_GLSL
+#define PARTICLE_GLSL
+
+struct Particle {
+    vec3 at_m;          // (m)
+    vec3 velocity_mps;  // (m/s)
+    uint born;          // tick of birth: 2^-16 s, on a clock that wraps; its age is `now - born`
+};
+
+// A law is a file that defines
+//     bool advance(inout Particle particle, float dt_s)
+// which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
+// of it. Numbers of the law come from
+//     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
+// and its specialization constants begin at `constant_id` LAW_CONSTANT. A law that must know the time declares
+//     uint law_tick();
+// the tick at the end of the step, which every pass defines.
+#ifndef LAW_BINDING
+#define LAW_BINDING 5
+#endif
+#ifndef LAW_CONSTANT
+#define LAW_CONSTANT 6
+#endif
+
+// Where nobody is: of a slot that is free. Laws keep particles within half of it.
+const float NOWHERE_M = 3.0e38;
+
+#endif

@@ -1,0 +1,158 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "particles/step.glsl"
+
+// Before every step, one workgroup: how many are born and where they go, what the advance has to do, and what readers
+// will find. CPU twin: particles::cpu::Pool::prepare.
+
+layout(local_size_x_id = 0) in;
+
+#define POOL_ACCESS
+#include "particles/state.glsl"
+#include "particles/args.glsl"
+#include "prims/group.glsl"
+
+layout(set = 0, binding = 1, std430) readonly buffer Emitters { Emitter emitters[]; };
+layout(set = 0, binding = 2, std430) buffer Births { EmitterState births[]; };
+// Stable, ring: how many live in each tile, then (stable) how many live in the tiles before it.
+layout(set = 0, binding = 3, std430) buffer Places { uint places[]; };
+
+layout(constant_id = 2) const uint tile = 1024u;  // slots that a workgroup of the advance takes
+
+const uint SPAN = 16u;  // tiles that an invocation adds up at a time
+
+shared uint drawn[256];
+shared uint lead;
+
+bool is_before(uvec2 a, uvec2 b) { return a.y < b.y || (a.y == b.y && a.x < b.x); }
+
+uvec2 minus(uvec2 a, uvec2 b) {
+    uint borrow, low = usubBorrow(a.x, b.x, borrow);
+    return uvec2(low, a.y - b.y - borrow);
+}
+
+uvec2 times(uvec2 a, uint n) {
+    uint high, low;
+    umulExtended(a.x, n, high, low);
+    return uvec2(low, high + a.y * n);
+}
+
+// floor(a / b), exactly, of fixed-point numbers whose quotient is below 2^31: guesses, and takes what the guess leaves.
+uint quotient(uvec2 a, uvec2 b) {
+    uint n = 0u;
+    float divisor = float(b.y) * 4294967296.0 + float(b.x);
+    for (int round = 0; round < 4 && !is_before(a, b); ++round) {
+        float guess = (float(a.y) * 4294967296.0 + float(a.x)) / divisor * 0.999999;  // never too much
+        uint part = max(uint(guess), 1u);
+        n += part;
+        a = minus(a, times(b, part));
+    }
+    while (!is_before(a, b)) {
+        a = minus(a, b);
+        n += 1u;
+    }
+    return n;
+}
+
+// Batches that an emitter throws up to the end of this step.
+uint draw(uint e) {
+    uvec2 period = uvec2(emitters[e].period_low, emitters[e].period_high);
+    uvec2 next = uvec2(births[e].next_low, births[e].next_high);
+    if (period == uvec2(0u)) {  // it begins anew when it is switched on
+        births[e].next_low = 0u;
+        births[e].next_high = p.now + 1u;
+        births[e].births = 0u;
+        return 0u;
+    }
+    uvec2 ahead = minus(uvec2(0u, p.now), next);  // of the end of the step, on a clock that wraps
+    uint batches = ahead.y < 0x80000000u ? quotient(ahead, period) + 1u : 0u;
+    uint count = batches * emitters[e].batch;
+    births[e].from_low = next.x;
+    births[e].from_high = next.y;
+    births[e].from_serial = births[e].serial;
+    births[e].births = count;
+    births[e].serial += count;
+    uint carry;
+    uvec2 on = times(period, batches);
+    births[e].next_low = uaddCarry(next.x, on.x, carry);
+    births[e].next_high = next.y + on.y + carry;
+    return count;
+}
+
+void main() {
+    uint lane = gl_LocalInvocationIndex, lanes = 256u;
+    uint all;
+    uint mine = lane < p.emitters ? draw(lane) : 0u;
+    uint before = group_exclusive(mine, all);
+    if (lane < p.emitters) births[lane].first = before;
+
+    uint sources = pool.slots, first = pool.first;
+    if (compaction == COMPACT_RING) {  // whole tiles at the beginning in which nobody lives are free again
+        uint whole = sources / tile, tiles = p.capacity / tile;
+        if (lane == 0u) lead = whole;
+        barrier();
+        for (uint t = lane; t < whole; t += lanes) {
+            if (places[(first / tile + t) % tiles] > 0u) atomicMin(lead, t);
+        }
+        barrier();
+        first += lead * tile;
+        if (first >= p.capacity) first -= p.capacity;
+        sources -= lead * tile;
+    }
+    uint alive = pool.born - pool.aged - pool.ended - pool.spoiled;  // low words: differences wrap
+    uint room = p.capacity - (compaction == COMPACT_RING ? sources : alive);
+    uint taken_in = min(all, room);
+
+    if (compaction == COMPACT_STABLE) {  // where the survivors of each tile go
+        uint tiles = (sources + taken_in + tile - 1u) / tile, carried = 0u;
+        uint most = uint(places.length()) / 2u;
+        for (uint base = 0u; base < tiles; base += SPAN * lanes) {
+            uint living[SPAN], sum = 0u;
+            for (uint k = 0u; k < SPAN; ++k) {
+                uint t = base + lane * SPAN + k;
+                living[k] = 0u;
+                if (t < tiles) {
+                    uint start = t * tile, end = start + tile;
+                    uint born_here = clamp(end, sources, sources + taken_in) - clamp(start, sources, sources + taken_in);
+                    living[k] = places[t] + born_here;
+                    places[t] = 0u;  // to be counted by the advance
+                }
+                sum += living[k];
+            }
+            uint total;
+            uint to = carried + group_exclusive(sum, total);
+            for (uint k = 0u; k < SPAN; ++k) {
+                uint t = base + lane * SPAN + k;
+                if (t < tiles) places[most + t] = to;
+                to += living[k];
+            }
+            carried += total;
+        }
+    }
+    if (lane != 0u) return;
+
+    uint taken = compaction == COMPACT_IN_PLACE ? min(taken_in, pool.free_count) : 0u;
+    pool.free_first += taken;
+    pool.free_count -= taken;
+    pool.taken = taken;
+    pool.first = first;
+    pool.sources = sources;
+    pool.births = taken_in;
+    pool.appended = 0u;
+    pool.capacity = p.capacity;
+    pool.stride = p.stride;
+    pool.now = p.now;
+    pool.life_ticks = p.life_ticks;
+    uint carry;
+    pool.born = uaddCarry(pool.born, taken_in, carry);
+    pool.born_high += carry;
+    pool.dropped = uaddCarry(pool.dropped, all - taken_in, carry);
+    pool.dropped_high += carry;
+    uvec2 groups = groups_of(sources + taken_in, tile);
+    pool.groups_x = groups.x;
+    pool.groups_y = groups.y;
+    pool.groups_z = 1u;
+    tell_readers(compaction == COMPACT_STABLE ? alive + taken_in
+                                              : compaction == COMPACT_IN_PLACE ? sources + (taken_in - taken)
+                                                                               : sources + taken_in);
+}

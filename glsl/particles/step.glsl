@@ -1,0 +1,51 @@
+// What the passes of a step share. Mirrors of `particles::{StepParams, Emitter, EmitterState}`.
+
+struct StepParams {
+    uint now;         // tick at the end of the step
+    uint dt_ticks;    // length of the step
+    float dt_s;       // the same, as the law has it (s)
+    uint life_ticks;  // of every particle
+    uint seed;        // of the births
+    uint capacity;    // most particles
+    uint stride;      // words from one plane to the next
+    uint emitters;
+};
+
+layout(push_constant, std430) uniform Push { StepParams p; };
+
+// Throws particles from a point that may move.
+struct Emitter {
+    float at_x_m;  // at the end of the step
+    float at_y_m;
+    float at_z_m;
+    float speed_mps;     // of what it throws, each in a direction of its own
+    float velocity_x_mps;  // of the emitter, which its particles keep
+    float velocity_y_mps;
+    float velocity_z_mps;
+    uint period_low;   // from one batch to the next: 2^-32 ticks
+    uint period_high;  // ticks; 0 with `period_low` 0: it throws nothing
+    uint batch;        // particles thrown at once
+    uint corners;      // 1: eight in succession fly towards the corners of a cube, each cube turned at random
+    uint stream;       // of random numbers: no other emitter's
+};
+
+// Where an emitter is in its series of births. Particle n is born at n periods, whatever the steps are.
+struct EmitterState {
+    uint next_low;  // when the next batch is born: 2^-32 ticks
+    uint next_high;  // tick
+    uint serial;     // of its first particle
+    uint first;      // births of this step by the emitters before this one
+    uint from_low;   // when the first batch of this step is born
+    uint from_high;
+    uint from_serial;
+    uint births;  // of this step, before any is dropped
+};
+
+const uint COMPACT_STABLE = 0u;    // survivors keep their order: who ends is left out by the next step
+const uint COMPACT_GROUP = 1u;     // survivors of a workgroup go together, one atomic for all
+const uint COMPACT_SUBGROUP = 2u;  // one atomic a subgroup
+const uint COMPACT_ATOMIC = 3u;    // one atomic a particle, as the book
+const uint COMPACT_IN_PLACE = 4u;  // nobody moves; births fill free slots
+const uint COMPACT_RING = 5u;      // nobody moves; births go to the end, and the beginning is freed
+
+layout(constant_id = 1) const uint compaction = COMPACT_STABLE;

@@ -1,0 +1,13 @@
+// Mirrors `prims::Params`.
+layout(push_constant, std430) uniform Push {
+    uint count;  // elements
+    uint tiles;  // of TILE elements each
+    uint bins;   // keys are below
+} p;
+
+const uint GROUP = 256u;  // invocations of every workgroup
+const uint ITEMS = 16u;   // elements of an invocation
+const uint TILE = GROUP * ITEMS;
+
+// Which workgroup this is, where there are more than fit into a row.
+uint tile_index() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }

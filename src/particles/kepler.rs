@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Twin of `glsl/particles/kepler.glsl`: the flight about one hole in closed form, in the same order of operations, in
+//! `f32` to be compared with the GPU bit for bit, or in `f64`.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// `f32` or `f64`.
+pub trait Real:
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Nearest value.
+    fn of(value: f64) -> Self;
+    /// The value.
+    fn wide(self) -> f64;
+    /// Square root, rounded once.
+    fn root(self) -> Self;
+    /// Cube root to a thousandth: a third of the exponent, and a step of Newton's.
+    fn about_cube_root(self) -> Self {
+        let x = self.wide() as f32;
+        let y = f32::from_bits(x.to_bits() / 3 + 0x2a51_37a0);
+        Self::of(f64::from((2.0 * y + x / (y * y)) * (1.0 / 3.0)))
+    }
+    /// Natural logarithm, too large by up to 0.06: the exponent, and a straight line within it.
+    fn about_log(self) -> Self {
+        let bits = (self.wide() as f32).to_bits() >> 8;
+        Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * 0.693_147_2))
+    }
+    /// Largest whole number that is not above it.
+    fn floor(self) -> Self {
+        Self::of(self.wide().floor())
+    }
+    /// Without its sign.
+    fn size(self) -> Self {
+        if self < Self::of(0.0) {
+            -self
+        } else {
+            self
+        }
+    }
+    /// The smaller; `other` if one is no number, as `min` may do.
+    fn least(self, other: Self) -> Self {
+        if self < other {
+            self
+        } else {
+            other
+        }
+    }
+    /// The larger.
+    fn most(self, other: Self) -> Self {
+        if self > other {
+            self
+        } else {
+            other
+        }
+    }
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn wide(self) -> f64 {
+        self
+    }
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// Three numbers.
+pub type Triple<T> = [T; 3];
+
+pub(super) fn dot<T: Real>(a: Triple<T>, b: Triple<T>) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn add<T: Real>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+pub(super) fn sub<T: Real>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(super) fn times<T: Real>(k: T, a: Triple<T>) -> Triple<T> {
+    [k * a[0], k * a[1], k * a[2]]
+}
+
+/// Iterations of Laguerre's that are enough for every flight.
+pub const MOST_ITERATIONS: u32 = 12;
+
+/// Universal functions `u0 .. u3` of anomaly `x`: `x^k c_k(alpha x^2)`, Stumpff's.
+pub fn universal<T: Real>(alpha: T, x: T) -> [T; 4] {
+    let c = T::of;
+    let mut z = alpha * (x * x);
+    let mut y = x;
+    let mut halvings = 0;
+    while z.size() > c(2.5) && halvings < 8 {
+        z = z * c(0.25);
+        y = y * c(0.5);
+        halvings += 1;
+    }
+    let c2 = c(0.5)
+        - z * (c(1.0 / 24.0)
+            - z * (c(1.0 / 720.0)
+                - z * (c(1.0 / 40320.0) - z * (c(1.0 / 3_628_800.0) - z * c(1.0 / 479_001_600.0)))));
+    let c3 = c(1.0 / 6.0)
+        - z * (c(1.0 / 120.0)
+            - z * (c(1.0 / 5040.0)
+                - z * (c(1.0 / 362_880.0) - z * (c(1.0 / 39_916_800.0) - z * c(1.0 / 6_227_020_800.0)))));
+    let mut u2 = y * y * c2;
+    let mut u3 = y * y * y * c3;
+    let mut u1 = y - alpha * u3;
+    let mut u0 = c(1.0) - alpha * u2;
+    while halvings > 0 {
+        u3 = c(2.0) * (u3 + u1 * u2);
+        u2 = c(2.0) * (u1 * u1);
+        u1 = c(2.0) * (u0 * u1);
+        u0 = c(1.0) - alpha * u2;
+        halvings -= 1;
+    }
+    [u0, u1, u2, u3]
+}
+
+/// A flight from the hole's point of view, in units in which `mu` is 1: time times `sqrt(mu)`, speed over it.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<T> {
+    /// Distance at the start (m).
+    pub r: T,
+    /// `r . v`: radial speed, times `r`.
+    pub sigma: T,
+    /// Reciprocal of the semi-major axis.
+    pub alpha: T,
+    /// `1 - alpha r`.
+    pub beta: T,
+}
+
+impl<T: Real> Flight<T> {
+    /// Of a position and a velocity over `sqrt(mu)`.
+    pub fn new(at: Triple<T>, w: Triple<T>) -> Self {
+        let r = dot(at, at).root();
+        let alpha = T::of(2.0) / r - dot(w, w);
+        Self { r, sigma: dot(at, w), alpha, beta: T::of(1.0) - alpha * r }
+    }
+
+    /// The anomaly at time `q`, 0 or more, of a bound orbit no more than half a period: Laguerre's iteration as Conway
+    /// has it, kept between bounds, from the solution for a flight without curvature of a higher order.
+    pub fn anomaly(&self, q: T) -> (T, u32) {
+        let c = T::of;
+        let &Self { r, sigma, alpha, beta } = self;
+        let far = (c(6.0) * q / beta.size().most(c(1e-6))).about_cube_root();
+        let mut x = (q / r).least(far);
+        let mut high = c(1e30);
+        if alpha > c(0.0) {
+            x = x.most(c(0.5) * (alpha * q));
+            high = c(6.5) / alpha.root();
+        }
+        let f = x * (r + x * (c(0.5) * sigma + x * (beta * c(1.0 / 6.0)))) - q;
+        let slope = r + x * (sigma + x * (c(0.5) * beta));
+        let bend = sigma + beta * x;
+        let root = (c(16.0) * slope * slope - c(20.0) * f * bend).size().root();
+        x = x - c(5.0) * f / (slope + root);
+        if alpha < c(0.0) {
+            // Soon the flight only grows with the exponential of the anomaly: no farther than its logarithm.
+            let k = (-alpha).root();
+            let mean = q * k * k * k;
+            let most = (c(1.0) + c(2.0) * (mean + (sigma * k).most(c(0.0)) + c(2.0)) / (beta + sigma * k))
+                .about_log();
+            high = c(1.1) * most / k;
+        }
+        let mut low = c(0.0);
+        if !(x > low && x < high) {
+            x = c(0.5) * high.least(far);
+        }
+        let mut evaluations = 0;
+        for _ in 0..MOST_ITERATIONS {
+            let [u0, u1, u2, u3] = universal(alpha, x);
+            evaluations += 1;
+            let missed = r * u1 + sigma * u2 + u3 - q;
+            let slope = r * u0 + sigma * u1 + u2;
+            let bend = sigma * u0 + beta * u1;
+            if missed > c(0.0) {
+                high = x;
+            } else {
+                low = x;
+            }
+            let root = (c(16.0) * slope * slope - c(20.0) * missed * bend).size().root();
+            let step = c(5.0) * missed / (slope + root + c(1e-30));
+            x = x - step;
+            if step.size() <= c(1e-3) * x {
+                break; // the next would be below rounding: each cubes the error
+            }
+            if !(x > low && x < high) {
+                x = c(0.5) * (low + high);
+            }
+        }
+        (x, evaluations)
+    }
+
+    /// Time of an anomaly.
+    pub fn time(&self, x: T) -> T {
+        let [_, u1, u2, u3] = universal(self.alpha, x);
+        self.r * u1 + self.sigma * u2 + u3
+    }
+
+    /// When it first comes within `horizon`, from outside; negative if never. `h2` is the square of `at x w`.
+    pub fn crossing(&self, h2: T, horizon: T) -> T {
+        let c = T::of;
+        let &Self { r, sigma, alpha, .. } = self;
+        let inward = c(2.0) * horizon - alpha * (horizon * horizon) - h2;
+        if inward < c(0.0) || (sigma >= c(0.0) && alpha <= c(0.0)) {
+            return c(-1.0);
+        }
+        let inward = inward.root();
+        // Half of the anomaly from here to there, as a tangent: sums of what has one sign, so nothing cancels.
+        let mut half = (r - horizon) / (inward + sigma.size());
+        let mut turn = c(0.0);
+        if sigma >= c(0.0) {
+            let below = alpha * (horizon + r) - c(2.0);
+            half = (inward + sigma) / below.size().most(c(1e-12));
+            if below < c(0.0) {
+                half = -half;
+                turn = c(std::f64::consts::TAU) / alpha.root();
+            }
+        }
+        // Its arcus tangens, or the hyperbolic one: halves, until the series is short.
+        let mut z = alpha * (half * half);
+        let mut twice = c(2.0);
+        for _ in 0..8 {
+            if z.size() <= c(0.05) {
+                break;
+            }
+            half = half / (c(1.0) + (c(1.0) + z).most(c(0.0)).root());
+            z = alpha * (half * half);
+            twice = c(2.0) * twice;
+        }
+        let series = c(1.0) - z * (c(1.0 / 3.0) - z * (c(1.0 / 5.0) - z * (c(1.0 / 7.0) - z * c(1.0 / 9.0))));
+        self.time(twice * half * series + turn)
+    }
+
+    /// Time that a bound orbit takes.
+    pub fn period(&self) -> T {
+        T::of(std::f64::consts::TAU) / (self.alpha * self.alpha.root())
+    }
+
+    /// The part of `q` beyond whole periods, from minus half of one to half.
+    pub fn within_period(&self, q: T) -> T {
+        if self.alpha <= T::of(0.0) {
+            return q;
+        }
+        let period = self.period();
+        if q.size() <= T::of(0.5) * period {
+            return q;
+        }
+        q - (q / period + T::of(0.5)).floor() * period
+    }
+}
+
+/// What a flight of time `q`, of a bound orbit no more than half a period either way, adds to position and velocity over
+/// `sqrt(mu)`: small numbers of their own, so that a short flight does not round what it hardly changes.
+pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: Triple<T>, w: Triple<T>) -> (Triple<T>, Triple<T>) {
+    let way = T::of(if q < T::of(0.0) { -1.0 } else { 1.0 });
+    let flight = Flight { sigma: way * flight.sigma, ..*flight };
+    let (x, _) = flight.anomaly(way * q);
+    let [u0, u1, u2, _] = universal(flight.alpha, x);
+    let r = flight.r * u0 + flight.sigma * u1 + u2;
+    let g = way * (flight.r * u1 + flight.sigma * u2);
+    let (pull, turn, slow) = (u2 / flight.r, (way * u1) / (r * flight.r), u2 / r);
+    let to_at = sub(times(g, w), times(pull, at));
+    let to_w = add(times(turn, at), times(slow, w)).map(|x| -x);
+    (to_at, to_w)
+}
+
+/// Squared length of `a x b`.
+pub(super) fn cross2<T: Real>(a: Triple<T>, b: Triple<T>) -> T {
+    let h = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    dot(h, h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::particles::oracle::Orbit;
+    use glam::{dvec3, DVec3};
+
+    #[test]
+    fn single_precision_flies_as_the_oracle_does() {
+        let mu = 1e4f64;
+        for population in 0..3 {
+            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) =
+                (Vec::new(), 0, 0, Vec::new(), 0);
+            for i in 0..40_000u32 {
+                let [u, v, w, s] =
+                    crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
+                let [a, b, c, _] = crate::random::units(crate::random::bits(5, 10 + population, i, 0));
+                let way = crate::random::direction_of([a, b]).as_dvec3();
+                let place = crate::random::direction_of([v as f32, w as f32]).as_dvec3();
+                let (at, velocity, t): (DVec3, DVec3, f64) = match population {
+                    0 => (dvec3(-100.0, 10.0, 0.0), way * 5.0, 10.0 * u),
+                    1 => {
+                        let at = (5.0 + 95.0 * u) * place;
+                        (at, way * s * 1.5 * (2.0 * mu / at.length()).sqrt(), 10.0 * f64::from(c))
+                    }
+                    _ => {
+                        let at = (5.0 + 55.0 * u * u) * place;
+                        (at, way * s * (2.0 * mu / at.length()).sqrt(), 1.0 / 60.0)
+                    }
+                };
+                let orbit = Orbit {
+                    mu_m3ps2: mu,
+                    at_m: at.as_vec3().as_dvec3(),
+                    velocity_mps: velocity.as_vec3().as_dvec3(),
+                };
+                let at = at.as_vec3().to_array();
+                let w = velocity.as_vec3().to_array().map(|v| v * (1.0 / 100.0));
+                let flight = Flight::new(at, w);
+                let crossing = orbit.crossing_s(5.0);
+                let got = flight.crossing(cross2(at, w), 5.0) / 100.0;
+                match crossing {
+                    Some(t) if got >= 0.0 => time_errors.push((f64::from(got) - t).abs()),
+                    None if got < 0.0 => {}
+                    _ => wrong += 1,
+                }
+                if crossing.is_some_and(|crossing| crossing < t) {
+                    continue;
+                }
+                let q = (t * 100.0) as f32;
+                let left = flight.within_period(q);
+                let some = Flight { sigma: left.signum() * flight.sigma, ..flight };
+                let n = some.anomaly(left.abs()).1;
+                evaluations += n;
+                most = most.max(n);
+                let to = add(at, fly(&flight, left, at, w).0);
+                let there = orbit.after(t);
+                let error = (DVec3::from_array(to.map(f64::from)) - there.at_m).length();
+                let reach = orbit.apocentre().min(there.at_m.length().max(orbit.at_m.length()));
+                errors.push((error / reach, i));
+            }
+            errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+            time_errors.sort_by(f64::total_cmp);
+            let at = |p: f64| errors[((errors.len() - 1) as f64 * p) as usize].0;
+            let time = |p: f64| time_errors[((time_errors.len() - 1) as f64 * p) as usize];
+            println!("population {population}: {} kept, mean evaluations {:.2} most {most}, error 50 {:.1e} 99 {:.1e} 99.9 {:.1e} max {:?}; crossing of {}: 50 {:.1e} 99 {:.1e} max {:.1e} wrong {wrong}",
+                errors.len(), f64::from(evaluations) / errors.len() as f64, at(0.5), at(0.99), at(0.999), errors.last(), time_errors.len(), time(0.5), time(0.99), time(1.0));
+        }
+    }
+}

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
+
+use super::{stats::EmitterStats, swarm::Swarm, RunError};
+use crate::{
+    ballistic::{Effect, GroundGrid, Moment, Params},
+    draw::{
+        sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
+        Stage,
+    },
+    gpu::{Access, Buffer, Gpu, Recorder, Resource},
+    scene::{Draw, EmitterPlan, PlannedThrows},
+};
+use std::ffi::CStr;
+
+/// The shaders of one emitter's sprites, bound.
+pub(super) enum Drawn {
+    Triangles(Sprites),
+    Splat(SplatSprites),
+}
+
+impl Drawn {
+    /// `P`: push constants of the effect.
+    pub fn new<P>(
+        gpu: &Gpu,
+        stage: &Stage,
+        splats: Option<&Splats>,
+        plan: &EmitterPlan,
+        name: &'static CStr,
+        resources: &[(&str, Resource<'_>)],
+    ) -> Result<Self, RunError> {
+        let texture = plan.texture.as_ref().map(|(size, rgba)| Texture::new(gpu, *size, rgba)).transpose()?;
+        let path = match plan.draw {
+            Draw::Quads => Path::Quads { vertex: &plan.sprites },
+            Draw::Geometry => Path::Geometry { geometry: &plan.sprites },
+            Draw::Splat => {
+                let splats = splats.expect("sums for those who splat");
+                let sprites = SplatSprites::new::<P>(gpu, stage, splats, (name, &plan.sprites), resources)?;
+                return Ok(Self::Splat(sprites));
+            }
+        };
+        let info =
+            SpritesInfo { name, path, resources, texture: texture.as_ref(), soft: plan.soft, constants: &[] };
+        Ok(Self::Triangles(Sprites::new::<P>(gpu, stage, &info)?))
+    }
+}
+
+/// An effect in closed form.
+pub(super) struct Flow {
+    name: String,
+    effect: Effect,
+    ground: GroundGrid,
+    seed: u32,
+    stream: u32,
+    capacity: u32,
+    drawn: Drawn,
+    params: Params,
+}
+
+impl Flow {
+    fn at(&mut self, time_s: f64) {
+        let now = Moment::from_s(time_s);
+        self.params = self.effect.params(now, self.seed, self.stream, &self.ground, self.capacity);
+    }
+
+    fn count(&self) -> u32 {
+        (self.params.births * self.params.burst).min(self.capacity)
+    }
+}
+
+enum Source {
+    Flow(Box<Flow>),
+    Swarm(Box<Swarm>),
+}
+
+/// All emitters of a scene. Without any it holds nothing and records nothing.
+pub(super) struct Emitters {
+    sources: Vec<Source>,
+    splats: Option<Splats>,
+    draws: bool,
+}
+
+impl Emitters {
+    /// Of a scene without any.
+    pub fn none() -> Self {
+        Self { sources: Vec::new(), splats: None, draws: false }
+    }
+
+    /// # Errors
+    /// The device's, or numbers that only it refuses.
+    pub fn new(
+        gpu: &Gpu,
+        stage: &mut Stage,
+        plans: &[EmitterPlan],
+        ground: (&Buffer, GroundGrid),
+        seed: u64,
+    ) -> Result<Self, RunError> {
+        if plans.iter().any(EmitterPlan::needs_depth) {
+            stage.copy_depth(gpu)?;
+        }
+        let splats =
+            plans.iter().any(|it| it.draw == Draw::Splat).then(|| Splats::new(gpu, stage)).transpose()?;
+        let seed = (seed ^ seed >> 32) as u32;
+        let mut sources = Vec::new();
+        for (plan, stream) in plans.iter().zip(0..) {
+            sources.push(match &plan.throws {
+                PlannedThrows::Effect(effect) => {
+                    let with_ground: &[_] = &[("Ground", ground.0.into())];
+                    let resources = if effect.has_ground { with_ground } else { &[] };
+                    let drawn = Drawn::new::<Params>(
+                        gpu,
+                        stage,
+                        splats.as_ref(),
+                        plan,
+                        c"ballistic.sprites",
+                        resources,
+                    )?;
+                    let grid = if effect.has_ground { ground.1 } else { GroundGrid::FLAT };
+                    let params = effect.params(Moment::default(), seed, stream, &grid, plan.capacity);
+                    Source::Flow(Box::new(Flow {
+                        name: plan.name.clone(),
+                        effect: effect.clone(),
+                        ground: grid,
+                        seed,
+                        stream,
+                        capacity: plan.capacity,
+                        drawn,
+                        params,
+                    }))
+                }
+                PlannedThrows::Law(law) => {
+                    let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
+                    Source::Swarm(Box::new(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?))
+                }
+            });
+        }
+        Ok(Self { sources, splats, draws: plans.iter().any(|it| it.draw != Draw::Splat) })
+    }
+
+    /// Lets `frame_s` pass, up to `time_s` of the scene.
+    pub fn advance(&mut self, frame_s: f64, time_s: f64) {
+        for source in &mut self.sources {
+            match source {
+                Source::Flow(flow) => flow.at(time_s),
+                Source::Swarm(swarm) => swarm.advance(frame_s, time_s),
+            }
+        }
+    }
+
+    /// Records the steps that are due: all of them, they are few.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        for swarm in self.swarms_mut() {
+            swarm.record(rec);
+        }
+        if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
+            rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
+            rec.barrier(Access::ComputeReadWrite, Access::GraphicsRead);
+            rec.barrier(Access::ComputeReadWrite, Access::ComputeRead);
+        }
+    }
+
+    /// Some are drawn as triangles.
+    pub fn draws(&self) -> bool {
+        self.draws
+    }
+
+    /// Some are splatted.
+    pub fn splats(&self) -> bool {
+        self.splats.is_some()
+    }
+
+    /// Draws those that are triangles.
+    pub fn draw(&self, rec: &mut Recorder<'_>) {
+        for source in &self.sources {
+            match source {
+                Source::Flow(flow) => {
+                    if let Drawn::Triangles(sprites) = &flow.drawn {
+                        sprites.record(rec, flow.count(), &flow.params);
+                    }
+                }
+                Source::Swarm(swarm) => swarm.draw(rec),
+            }
+        }
+    }
+
+    /// Splats the others.
+    pub fn splat(&self, rec: &mut Recorder<'_>) {
+        let Some(splats) = &self.splats else { return };
+        for source in &self.sources {
+            match source {
+                Source::Flow(flow) => {
+                    if let Drawn::Splat(sprites) = &flow.drawn {
+                        sprites.record(rec, flow.count(), &flow.params);
+                    }
+                }
+                Source::Swarm(swarm) => swarm.splat(rec),
+            }
+        }
+        splats.record_over(rec);
+    }
+
+    fn swarms(&self) -> impl Iterator<Item = &Swarm> {
+        self.sources.iter().filter_map(|it| match it {
+            Source::Swarm(swarm) => Some(&**swarm),
+            Source::Flow(_) => None,
+        })
+    }
+
+    fn swarms_mut(&mut self) -> impl Iterator<Item = &mut Swarm> {
+        self.sources.iter_mut().filter_map(|it| match it {
+            Source::Swarm(swarm) => Some(&mut **swarm),
+            Source::Flow(_) => None,
+        })
+    }
+
+    /// Of every pool: what is not stored has no state.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn states(&self) -> Result<Vec<Vec<f32>>, RunError> {
+        self.swarms().map(Swarm::state).collect()
+    }
+
+    /// Goes on from `states`, after `pictures` of `frame_s`. `false` if they are of other pools.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn restore(&mut self, states: &[Vec<f32>], pictures: u32, frame_s: f64) -> Result<bool, RunError> {
+        if self.swarms().count() != states.len() {
+            return Ok(false);
+        }
+        for (swarm, state) in self.swarms_mut().zip(states) {
+            if !swarm.restore(state, pictures, frame_s)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Of every pool.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn hashes(&self) -> Result<Vec<String>, RunError> {
+        self.swarms().map(|swarm| Ok(format!("{:016x}", swarm.hash()?))).collect()
+    }
+
+    /// What became of the particles.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn stats(&self) -> Result<Vec<EmitterStats>, RunError> {
+        let of = |source: &Source| match source {
+            Source::Flow(flow) => {
+                let burst = u64::from(flow.params.burst);
+                let births = u64::from(flow.params.newest) + (u64::from(flow.params.newest_high) << 32) + 1;
+                let (born, alive) = (births * burst, u64::from(flow.params.births) * burst);
+                let drawn = u64::from(flow.count());
+                Ok(EmitterStats {
+                    name: flow.name.clone(),
+                    born,
+                    alive,
+                    dropped: alive - drawn,
+                    aged: born - alive,
+                    ..EmitterStats::default()
+                })
+            }
+            Source::Swarm(swarm) => swarm.stats(),
+        };
+        self.sources.iter().map(of).collect()
+    }
+}

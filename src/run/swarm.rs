@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A pool with a law, on the GPU, on the clock of the scene.
+
+use super::{checkpoint::fnv, effects::Drawn, stats::EmitterStats, RunError};
+use crate::{
+    clock::FixedStep,
+    draw::{
+        sprites::{Splats, Sprites},
+        Stage,
+    },
+    gpu::{Access, Buffer, Gpu, Recorder, Residence},
+    particles::{Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step},
+    scene::{Attractor, EmitterPlan, LawPlan, MOST_CENTRES},
+};
+use glam::Vec4;
+use std::ffi::CStr;
+
+/// Mirrors `Glow` in `glsl/particles/glow.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Glow {
+    /// Linear, premultiplied.
+    pub near: Vec4,
+    /// The same.
+    pub far: Vec4,
+    /// (m).
+    pub half_m: f32,
+    /// (s).
+    pub exposure_s: f32,
+    /// (m).
+    pub far_m: f32,
+    /// How many.
+    pub centres: u32,
+    /// xyz (m).
+    pub centre_m: [Vec4; MOST_CENTRES],
+}
+
+/// A pool of one emitter.
+pub(super) struct Swarm {
+    name: String,
+    pool: Pool,
+    clock: FixedStep,
+    /// Steps that are recorded.
+    taken: u64,
+    glow: Glow,
+    glows: Buffer,
+    centres: Vec<Attractor>,
+    /// For each of the two buffers between which the pool goes to and fro.
+    drawn: Vec<(Buffer, Drawn)>,
+}
+
+fn name_of(law: &LawPlan) -> &'static CStr {
+    match law.look.file.as_str() {
+        "black_hole" => c"particles.black_hole",
+        "drag" => c"particles.drag",
+        _ => c"particles.user",
+    }
+}
+
+impl Swarm {
+    pub fn new(
+        gpu: &Gpu,
+        stage: &Stage,
+        splats: Option<&Splats>,
+        plan: &EmitterPlan,
+        law: &LawPlan,
+        seed: u32,
+    ) -> Result<Self, RunError> {
+        let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants: &law.constants };
+        let kernels = Particles::new(gpu, &kernel, Options::for_device(gpu))?;
+        let pool = kernels.pool(&PoolInfo {
+            capacity: plan.capacity,
+            life_s: law.life_s,
+            seed,
+            start: 0,
+            emitters: &[law.emitter],
+            law: &law.numbers,
+        })?;
+        let look = &law.look;
+        let alpha = look.alpha;
+        let premultiplied = |rgb: [f32; 3]| {
+            let share = if alpha > 0.0 { alpha } else { 1.0 };
+            Vec4::new(rgb[0] * share, rgb[1] * share, rgb[2] * share, alpha)
+        };
+        let glow = Glow {
+            near: premultiplied(look.color),
+            far: premultiplied(look.far_color),
+            half_m: look.half_m,
+            exposure_s: look.exposure_s,
+            far_m: look.far_m,
+            centres: law.centres.len() as u32,
+            centre_m: [Vec4::ZERO; MOST_CENTRES],
+        };
+        let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
+        let drawn = pool.both().map(|particles| {
+            let resources =
+                [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", (&glows).into())];
+            let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
+            Ok((particles.clone(), drawn))
+        });
+        let drawn = drawn.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+        let mut made = Self {
+            name: plan.name.clone(),
+            clock: FixedStep::new(law.dt_s, u32::MAX),
+            taken: 0,
+            glow,
+            glows,
+            centres: law.centres.clone(),
+            drawn,
+            pool,
+        };
+        made.look(0.0);
+        Ok(made)
+    }
+
+    /// Lets `frame_s` pass, up to `time_s` of the scene.
+    pub fn advance(&mut self, frame_s: f64, time_s: f64) {
+        self.clock.advance(frame_s);
+        self.look(time_s);
+    }
+
+    fn look(&mut self, time_s: f64) {
+        for (to, from) in self.glow.centre_m.iter_mut().zip(&self.centres) {
+            let [x, y, z] = from.at(time_s);
+            *to = Vec4::new(x, y, z, 0.0);
+        }
+        self.glows.write(0, &[self.glow]);
+    }
+
+    /// Records the steps that are due.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        for index in self.taken..self.clock.steps() {
+            rec.barrier(Particles::EXIT, Particles::ENTRY);
+            // The arguments of the last step are read before this one writes them.
+            rec.barrier(Access::IndirectRead, Access::ComputeWrite);
+            self.pool.record(rec, &Step::nth(index, self.clock.dt_s()));
+        }
+        self.taken = self.clock.steps();
+    }
+
+    fn drawn(&self) -> &Drawn {
+        let now = self.pool.particles();
+        &self.drawn.iter().find(|(buffer, _)| buffer.is(now)).expect("one of the pool's two").1
+    }
+
+    pub fn draw(&self, rec: &mut Recorder<'_>) {
+        if let Drawn::Triangles(sprites) = self.drawn() {
+            let at =
+                if sprites.vertices() == Sprites::VERTICES { PoolState::QUADS } else { PoolState::POINTS };
+            sprites.record_indirect(rec, self.pool.state(), at, &());
+        }
+    }
+
+    pub fn splat(&self, rec: &mut Recorder<'_>) {
+        if let Drawn::Splat(sprites) = self.drawn() {
+            sprites.record(rec, self.pool.capacity(), &());
+        }
+    }
+
+    /// All words of the pool, each part after its length; floats in name only.
+    pub fn state(&self) -> Result<Vec<f32>, RunError> {
+        let it = self.pool.snapshot()?;
+        let mut words = vec![it.now];
+        for part in [&it.particles, &it.state, &it.emitters, &it.births, &it.law, &it.places] {
+            words.push(part.len() as u32);
+            words.extend(part);
+        }
+        Ok(words.into_iter().map(f32::from_bits).collect())
+    }
+
+    /// Goes on from a state after `pictures` of `frame_s`. `false` if it is of another pool.
+    pub fn restore(&mut self, state: &[f32], pictures: u32, frame_s: f64) -> Result<bool, RunError> {
+        let here = self.pool.snapshot()?;
+        let mut rest = state.iter().skip(1).map(|x| x.to_bits());
+        let mut take = |length: usize| -> Option<Vec<u32>> {
+            let stored = rest.next()? as usize;
+            let part: Vec<u32> = rest.by_ref().take(stored).collect();
+            (stored == length && part.len() == length).then_some(part)
+        };
+        // The tick comes first, without a length.
+        let Some(now) = state.first().map(|x| x.to_bits()) else { return Ok(false) };
+        let mut parts = || -> Option<Snapshot> {
+            Some(Snapshot {
+                particles: take(here.particles.len())?,
+                state: take(here.state.len())?,
+                emitters: take(here.emitters.len())?,
+                births: take(here.births.len())?,
+                law: take(here.law.len())?,
+                places: take(here.places.len())?,
+                now,
+            })
+        };
+        let Some(snapshot) = parts() else { return Ok(false) };
+        self.pool.restore(&snapshot)?;
+        // The clock is a function of the frames that have passed.
+        self.clock = FixedStep::new(self.clock.dt_s(), self.clock.max_steps_per_frame());
+        for _ in 0..pictures {
+            self.clock.advance(frame_s);
+        }
+        self.taken = self.clock.steps();
+        Ok(true)
+    }
+
+    /// Of all that lives, in its order.
+    pub fn hash(&self) -> Result<u64, RunError> {
+        let living = self.pool.living()?;
+        Ok(fnv(bytemuck::cast_slice::<_, u8>(&living).iter().copied()))
+    }
+
+    pub fn stats(&self) -> Result<EmitterStats, RunError> {
+        let counts = self.pool.counts()?;
+        Ok(EmitterStats {
+            name: self.name.clone(),
+            born: counts.born,
+            alive: counts.alive(),
+            dropped: counts.dropped,
+            aged: counts.aged,
+            ended: counts.ended,
+            spoiled: counts.spoiled,
+            steps: Some(self.clock.steps()),
+            dt_s: Some(self.clock.dt_s()),
+            state_hash: Some(format!("{:016x}", self.hash()?)),
+        })
+    }
+}

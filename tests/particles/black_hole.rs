@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The black hole: every integrator is its twin, and the oracle's to its order.
+
+use crate::common::gpu;
+use glam::DVec3;
+use whitecap::{
+    particles::{
+        black_hole::{BlackHole, Hole, Integrator},
+        black_hole_fate::Fates,
+        cpu_black_hole::{Body, Law},
+    },
+    random,
+};
+
+const MU: f32 = 1e4;
+
+/// Particles that run away, fly by and fall in, in every direction, about the origin.
+fn swarm(count: u32, stream: u32) -> Vec<Body<f32>> {
+    let body = |serial| {
+        let [u, v, w, s] = random::units(random::bits(11, stream, serial, 0));
+        let [a, b, c, _] = random::units(random::bits(11, stream, serial, 1));
+        let r = 6.0 + 60.0 * u * u;
+        let speed = 1.3 * s * (2.0 * MU / r).sqrt();
+        Body {
+            at_m: (r * random::direction_of([v, w])).to_array(),
+            velocity_mps: (speed * random::direction_of([a, b])).to_array(),
+            born: (c * 3.0) as u32 * 1000,
+        }
+    };
+    (0..count).map(body).collect()
+}
+
+fn laws() -> Vec<BlackHole> {
+    let one = Hole::at([0.0; 3], MU, 5.0);
+    let law =
+        |integrator, substeps, holes: &[Hole]| BlackHole { holes: holes.to_vec(), integrator, substeps };
+    let mut laws: Vec<_> = Integrator::ALL.iter().map(|&it| law(it, 1, &[one])).collect();
+    let second = Hole::at([30.0, 4.0, -20.0], 2e3, 2.0);
+    laws.extend([
+        law(Integrator::Leapfrog, 4, &[one, second]),
+        law(Integrator::LogH, 8, &[one, second]),
+        law(Integrator::ForestRuth, 2, &[one, second.moving([-3.0, 0.5, 1.0])]),
+        law(Integrator::Rk4, 1, &[one.swinging([9.0, 0.0, 0.0], [0.0, 0.0, 9.0], 2.5), second]),
+        law(Integrator::Kepler, 1, &[one.moving([4.0, -2.0, 1.0])]),
+    ]);
+    laws
+}
+
+fn wide(body: &Body<f32>) -> Body<f64> {
+    Body { at_m: body.at_m.map(f64::from), velocity_mps: body.velocity_mps.map(f64::from), born: body.born }
+}
+
+fn place(at: [f64; 3]) -> DVec3 {
+    DVec3::from_array(at)
+}
+
+#[test]
+fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
+    let gpu = gpu();
+    let particles = swarm(700, 1);
+    let (dt_ticks, steps) = (1092, 40);
+    for law in laws() {
+        let name = format!("{} x{} with {:?}", law.integrator, law.substeps, law.holes);
+        let (narrow, exact) = (Law::<f32>::new(&law), Law::<f64>::new(&law));
+        let (mut swallowed, mut different, mut far) = (0, 0, 0);
+        for (from, (got, end)) in particles
+            .iter()
+            .zip(Fates::new(&gpu, &law, &particles).unwrap().run(1000, dt_ticks, steps).unwrap())
+        {
+            let mut want = *from;
+            let want_end = narrow.run(&mut want, 1000, dt_ticks, steps);
+            swallowed += u32::from(end.is_some());
+            let is_same = got == want && end.map(f64::from).is_some() == want_end.is_some();
+            different += u32::from(!is_same);
+            let near = end.zip(want_end).is_none_or(|(a, b)| (f64::from(a) - b).abs() < 1e-6);
+            assert!(near, "{name}: {from:?} ends at {end:?}, twin at {want_end:?}");
+            let mut true_body = wide(from);
+            if exact.run(&mut true_body, 1000, dt_ticks, steps).is_none() && end.is_none() {
+                let r = place(true_body.at_m).length().max(20.0);
+                far +=
+                    u32::from((place(got.at_m.map(f64::from)) - place(true_body.at_m)).length() > 1e-4 * r);
+            }
+        }
+        println!("{name}: {swallowed} swallowed, {different} differ, {far} far from f64");
+        assert!(swallowed > 30, "{name}: {swallowed}");
+        if gpu.is_exact() {
+            assert_eq!(different, 0, "{name}");
+        }
+    }
+}
