@@ -4,6 +4,7 @@
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
+//! - [`disks`]: disks and spheres that collide, sorted into cells.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - [`prims`]: scan, compaction, counting sort.
@@ -15,6 +16,7 @@
 
 pub mod ballistic;
 pub mod clock;
+pub mod disks;
 pub mod draw;
 pub mod gpu;
 pub mod particles;

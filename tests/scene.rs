@@ -49,7 +49,7 @@ fn a_scene_needs_little_and_the_rest_has_defaults() {
     assert_eq!((scene.title.as_str(), scene.seed), ("", 1));
     assert_eq!((scene.output.size, scene.output.fps, scene.output.frames), ([960, 540], 30.0, 120));
     assert_eq!(scene.output.view, View::Shaded);
-    assert_eq!(scene.sun, Sun { azimuth_deg: 135.0, elevation_deg: 32.0 });
+    assert_eq!(scene.sun, Sun { azimuth_deg: 135.0, elevation_deg: 32.0, brightness: 1.0 });
     assert!(scene.camera.is_none() && scene.terrain.is_none() && scene.base_dir.is_none());
     let [lake] = scene.water.as_slice() else { panic!("{} waters", scene.water.len()) };
     assert_eq!((lake.cells, lake.size_m, lake.level_m, lake.depth_m), ([64, 32], [16.0, 8.0], 0.0, 2.0));
@@ -119,7 +119,7 @@ fn every_key_is_read() {
     let camera =
         Camera { eye_m: [1.0, 2.0, 3.0], target_m: [4.0, 5.0, 6.5], fov_deg: 50.0, orbit_deg_per_s: -3.0 };
     assert_eq!(scene.camera(), camera);
-    assert_eq!(scene.sun, Sun { azimuth_deg: -10.0, elevation_deg: 90.0 });
+    assert_eq!(scene.sun, Sun { azimuth_deg: -10.0, elevation_deg: 90.0, brightness: 1.0 });
     assert_eq!(scene.terrain.as_ref().unwrap().height_m, Some([3.0, -1.0]));
     let water = &scene.water[0];
     assert_eq!((water.size_m, water.level_m, water.gravity_mps2), ([10.0, 20.0], -1.0, 1.6));
@@ -464,7 +464,7 @@ fn the_default_camera_sees_the_whole_scene_and_orbits_keep_the_distance() {
     assert!(quarter.distance(glam::vec3(10.0, 5.0, 0.0)) < 1e-5, "{quarter}");
     let late = glam::Vec3::from(scene.camera().eye_at(4e6 + 1.0));
     assert!(late.distance(quarter) < 1e-5, "{late}");
-    let sun = glam::Vec3::from(Sun { azimuth_deg: 90.0, elevation_deg: 30.0 }.direction());
+    let sun = glam::Vec3::from(Sun { azimuth_deg: 90.0, elevation_deg: 30.0, brightness: 1.0 }.direction());
     assert!(sun.distance(glam::vec3(0.75_f32.sqrt(), 0.5, 0.0)) < 1e-6, "{sun}");
 }
 

@@ -9,7 +9,7 @@ use whitecap::{gpu::reflect::reflect, shaders};
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
     &["prims", "draw"],
-    &["water", "particles", "ballistic"],
+    &["water", "particles", "ballistic", "disks"],
     &["scene"],
     &["run"],
     &["study"],

@@ -129,6 +129,15 @@ impl From<water::Error> for Failure {
     }
 }
 
+impl From<whitecap::disks::Error> for Failure {
+    fn from(error: whitecap::disks::Error) -> Self {
+        match error {
+            whitecap::disks::Error::Gpu(error) => error.into(),
+            whitecap::disks::Error::Invalid(invalid) => Self::input(invalid),
+        }
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)
@@ -149,6 +158,7 @@ impl From<study::Error> for Failure {
             study::Error::Run(error) => error.into(),
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
+            study::Error::Disks(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),

@@ -29,7 +29,7 @@ pub trait Real:
     /// Natural logarithm, too large by up to 0.06: the exponent, and a straight line within it.
     fn about_log(self) -> Self {
         let bits = (self.wide() as f32).to_bits() >> 8;
-        Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * 0.693_147_2))
+        Self::of(f64::from((bits as f32 * (1.0 / 32768.0) - 126.914) * std::f32::consts::LN_2))
     }
     /// Largest whole number that is not above it.
     fn floor(self) -> Self {

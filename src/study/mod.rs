@@ -5,6 +5,7 @@ pub mod ballistic;
 pub mod bench;
 pub mod black_hole;
 pub mod depths;
+pub mod disks;
 pub mod hard;
 pub mod linear;
 pub mod nonlinear;
@@ -37,6 +38,9 @@ pub enum Error {
     /// A pool's.
     #[error(transparent)]
     Particles(#[from] particles::Error),
+    /// A box of disks'.
+    #[error(transparent)]
+    Disks(#[from] crate::disks::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -106,7 +110,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -132,6 +136,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(ballistic::NAME) {
         studies.extend(take(ballistic::study(gpu, quick, progress)?));
+    }
+    if is_wanted(disks::NAME) {
+        studies.extend(disks::study(gpu, quick, progress)?);
     }
     Ok(Study {
         device: gpu.name().into(),

@@ -4,6 +4,7 @@
 
 pub mod ballistic;
 pub mod black_hole;
+pub mod disks;
 pub mod draw;
 pub mod particles;
 pub mod prims;
@@ -57,8 +58,15 @@ pub struct Measured {
 }
 
 /// Every simulation's.
-const SUITES: &[Suite] =
-    &[water::SUITE, particles::SUITE, black_hole::SUITE, ballistic::SUITE, draw::SUITE, prims::SUITE];
+const SUITES: &[Suite] = &[
+    water::SUITE,
+    particles::SUITE,
+    black_hole::SUITE,
+    ballistic::SUITE,
+    draw::SUITE,
+    disks::SUITE,
+    prims::SUITE,
+];
 
 /// Sim, variant.
 const SYSTEM: [(&str, &str); 3] =
@@ -156,6 +164,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
     match error {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
+        | Error::Disks(crate::disks::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {

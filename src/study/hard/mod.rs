@@ -4,6 +4,7 @@
 
 pub mod ballistic;
 pub mod black_hole;
+pub mod disks;
 pub mod system;
 pub mod water;
 
@@ -130,7 +131,7 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES, black_hole::CASES, ballistic::CASES, system::CASES]
+    [water::CASES, water::DEPTH_CASES, black_hole::CASES, ballistic::CASES, disks::CASES, system::CASES]
         .into_iter()
         .flatten()
 }

@@ -1,0 +1,6 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// disks/gather.glsl, of spheres.
+#define DIMENSIONS 3
+#include "disks/gather.glsl"

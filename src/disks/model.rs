@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use glam::{DVec3, UVec3};
+use std::fmt;
+
+/// Disks in a rectangle, or spheres in a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Space {
+    /// Disks: z is 0 everywhere.
+    Flat,
+    /// Spheres.
+    Solid,
+}
+
+/// What is at the faces of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Borders {
+    /// Planes that mirror.
+    Walls,
+    /// The opposite face.
+    Periodic,
+}
+
+/// What disks do that touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Response {
+    /// As the tutorial: elastic if it is the only contact of both, else the velocity is reversed.
+    Seed,
+    /// Impulses in the order of nine (27) colours of cells, without times of impact.
+    GaussSeidel,
+    /// Each disk offers itself to its earliest contact, and pairs that agree collide.
+    Matching {
+        /// How often, 1 or more.
+        rounds: u32,
+        /// Whether they collide where they met, and not where the step left them.
+        rewinds: bool,
+    },
+}
+
+/// A disk or a sphere. Its mass is `radius^2` or `radius^3`: all are of one stuff.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// Centre, from the lowest corner of the box (m).
+    pub at_m: DVec3,
+    /// (m/s).
+    pub velocity_mps: DVec3,
+    /// (m).
+    pub radius_m: f64,
+}
+
+/// A point that pushes disks away, or draws them in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stir {
+    /// (m).
+    pub at_m: DVec3,
+    /// How far it reaches, falling off to nothing (m).
+    pub radius_m: f64,
+    /// At its middle, away from it; negative: towards it (m/s^2).
+    pub push_mps2: f64,
+}
+
+/// A box of disks and how it is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// Disks or spheres.
+    pub space: Space,
+    /// The box, from the origin (m); z is not used in [`Space::Flat`].
+    pub size_m: DVec3,
+    /// Its faces.
+    pub borders: Borders,
+    /// (m/s^2).
+    pub gravity_mps2: DVec3,
+    /// What contacts do.
+    pub response: Response,
+    /// A step (s).
+    pub dt_s: f64,
+}
+
+/// A parameter out of its range: which, what it is, what is allowed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Invalid {
+    /// Name of the field, as in [`Model`] and in scene files.
+    pub key: &'static str,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: String,
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
+    }
+}
+
+impl std::error::Error for Invalid {}
+
+/// The cells that disks are sorted into, and which disks are too large for them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// Along x, y and z; z is 1 in [`Space::Flat`].
+    pub cells: UVec3,
+    /// How many disks are wider than a cell: they come first, are in no cell, and are tried against every other.
+    pub large: u32,
+    /// Radius of the largest of the others (m).
+    pub small_m: f64,
+}
+
+impl Space {
+    /// 2 or 3.
+    pub fn dimensions(self) -> u32 {
+        match self {
+            Self::Flat => 2,
+            Self::Solid => 3,
+        }
+    }
+
+    /// Of a disk of this radius, in units of its stuff.
+    pub fn mass(self, radius_m: f64) -> f64 {
+        radius_m.powi(self.dimensions() as i32)
+    }
+
+    /// Area or volume of a disk (m^2, m^3).
+    pub fn measure(self, radius_m: f64) -> f64 {
+        use std::f64::consts::PI;
+        match self {
+            Self::Flat => PI * radius_m.powi(2),
+            Self::Solid => 4.0 / 3.0 * PI * radius_m.powi(3),
+        }
+    }
+}
+
+impl Grid {
+    /// Most disks that are larger than a cell: each of the others looks at all of them.
+    pub const MOST_LARGE: usize = 64;
+    /// Most cells.
+    pub const MOST_CELLS: f64 = 67_108_864.0;
+
+    /// About one cell a disk, no cell narrower than a disk, but for a few that are more than twice as wide as a cell.
+    pub fn of(model: &Model, radii_m: impl Iterator<Item = f64>) -> Self {
+        let mut radii_m: Vec<f64> = radii_m.collect();
+        let count = radii_m.len();
+        // The largest last; there are rarely more than a few that matter.
+        let most = Self::MOST_LARGE.min(count.saturating_sub(1));
+        if most > 0 {
+            radii_m.select_nth_unstable_by(count - most - 1, f64::total_cmp);
+            radii_m[count - most - 1..].sort_by(f64::total_cmp);
+        }
+        let dimensions = model.space.dimensions();
+        let room = model.measure() / count.max(1) as f64;
+        let even = room.powf(1.0 / f64::from(dimensions));
+        let large = (0..most).take_while(|i| radii_m[count - 1 - i] > even).count();
+        let small_m = radii_m.get(count.wrapping_sub(1 + large)).copied().unwrap_or(0.0);
+        // A hair wider than a disk: positions are rounded.
+        let mut edge = even.max(2.0 * small_m * (1.0 + 1e-5));
+        edge = edge.max((model.measure() / Self::MOST_CELLS).powf(1.0 / f64::from(dimensions)));
+        let along = |size: f64| (size / edge).floor().clamp(1.0, 1e6) as u32;
+        let [x, y, z] = model.size_m.to_array().map(along).map(|n| {
+            // Colours of cells must close where the box does.
+            let is_colored = model.response == Response::GaussSeidel && model.borders == Borders::Periodic;
+            if is_colored && n > 3 {
+                n - n % 3
+            } else {
+                n
+            }
+        });
+        Self { cells: UVec3::new(x, y, if dimensions == 2 { 1 } else { z }), large: large as u32, small_m }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.cells.as_usizevec3().element_product()
+    }
+}
+
+impl Model {
+    /// Collisions a disk and step beyond which [`Response::Matching`] is cut into substeps, by its rounds: measured in
+    /// docs/disks.md.
+    pub fn most_collisions(&self) -> f64 {
+        match self.response {
+            Response::Matching { rounds, .. } => 0.1 * f64::from(rounds),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Area or volume of the box (m^2, m^3).
+    pub fn measure(&self) -> f64 {
+        match self.space {
+            Space::Flat => self.size_m.x * self.size_m.y,
+            Space::Solid => self.size_m.element_product(),
+        }
+    }
+
+    /// Share of the box that is disk.
+    pub fn packing(&self, disks: &[Disk]) -> f64 {
+        disks.iter().map(|disk| self.space.measure(disk.radius_m)).sum::<f64>() / self.measure()
+    }
+
+    /// Mass-weighted root mean square speed (m/s) and mean radius (m).
+    fn means(&self, disks: &[Disk]) -> (f64, f64) {
+        let (mut energy, mut mass, mut radius) = (0.0, 0.0, 0.0);
+        for disk in disks {
+            let m = self.space.mass(disk.radius_m);
+            energy += m * disk.velocity_mps.length_squared();
+            mass += m;
+            radius += disk.radius_m;
+        }
+        ((energy / mass.max(f64::MIN_POSITIVE)).sqrt(), radius / disks.len().max(1) as f64)
+    }
+
+    /// How often a disk collides in a step, in the mean (Enskog, with the pressure of [`super::oracle::pressure`]).
+    pub fn collisions_a_step(&self, disks: &[Disk]) -> f64 {
+        let (speed, radius) = self.means(disks);
+        let excess = super::oracle::pressure(self.space, self.packing(disks).min(0.7)) - 1.0;
+        // Twice as many ends as collisions; in units of v dt / r: 0.798 (Z - 1) flat, 0.977 (Z - 1) / 1.06 solid.
+        let shape = match self.space {
+            Space::Flat => (2.0 / std::f64::consts::PI).sqrt(),
+            Space::Solid => (3.0 / std::f64::consts::PI).sqrt(),
+        };
+        shape * excess * speed * self.dt_s / radius.max(f64::MIN_POSITIVE)
+    }
+
+    /// Speed that hardly any disk exceeds (m/s): the fastest there is, three times the thermal speed of the lightest, and
+    /// what a fall through the box adds.
+    pub fn fastest_mps(&self, disks: &[Disk]) -> f64 {
+        let energy: f64 = disks
+            .iter()
+            .map(|disk| self.space.mass(disk.radius_m) * disk.velocity_mps.length_squared())
+            .sum::<f64>()
+            / disks.len().max(1) as f64;
+        let lightest = disks.iter().map(|disk| self.space.mass(disk.radius_m)).fold(f64::INFINITY, f64::min);
+        let fastest = disks.iter().map(|disk| disk.velocity_mps.length()).fold(0.0, f64::max);
+        let thermal = if disks.len() > 2 { 3.0 * (energy / lightest).sqrt() } else { 0.0 };
+        let fall = 2.0 * self.gravity_mps2.abs().dot(self.size_m);
+        (fastest.max(thermal).powi(2) + fall).sqrt()
+    }
+
+    /// Into how many substeps a step is cut: in one, two disks come nearer by at most four radii of the smallest, so that no
+    /// head-on collision is jumped over, and a disk collides [`Model::most_collisions`] times at most in the mean.
+    pub fn substeps(&self, disks: &[Disk]) -> u32 {
+        let smallest = disks.iter().map(|disk| disk.radius_m).fold(f64::INFINITY, f64::min);
+        let jumps = match self.response {
+            Response::Seed => 0.0, // as the tutorial: it has no limit, and misses what is fast
+            _ => 2.0 * self.fastest_mps(disks) * self.dt_s / (4.0 * smallest),
+        };
+        let crowd = self.collisions_a_step(disks) / self.most_collisions();
+        jumps.max(crowd).ceil().clamp(1.0, 1e9) as u32
+    }
+
+    /// The model of one of `substeps`.
+    pub fn cut(self, substeps: u32) -> Self {
+        Self { dt_s: self.dt_s / f64::from(substeps), ..self }
+    }
+
+    /// Refuses what has no meaning, before anything runs.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn check(&self, disks: &[Disk]) -> Result<(), Invalid> {
+        let invalid =
+            |key, value: String, allowed: &str| Err(Invalid { key, value, allowed: allowed.into() });
+        let dimensions = self.space.dimensions() as usize;
+        let size = &self.size_m.to_array()[..dimensions];
+        if !size.iter().all(|s| (1e-6..=1e6).contains(s)) {
+            return invalid("size_m", self.size_m.to_string(), "1e-6 to 1e6 along each axis");
+        }
+        if !(self.dt_s > 0.0 && self.dt_s <= 1e3) {
+            return invalid("dt_s", self.dt_s.to_string(), "more than 0, at most 1000 s");
+        }
+        if !self.gravity_mps2.is_finite() {
+            return invalid("gravity_mps2", self.gravity_mps2.to_string(), "finite");
+        }
+        if let Response::Matching { rounds: rounds @ (0 | 65..), .. } = self.response {
+            return invalid("rounds", rounds.to_string(), "1 to 64");
+        }
+        if disks.is_empty() || disks.len() > 1 << 26 {
+            return invalid("disks", disks.len().to_string(), "1 to 2^26");
+        }
+        let narrowest = size.iter().copied().fold(f64::INFINITY, f64::min);
+        let widest = match self.borders {
+            Borders::Walls => 0.5 * narrowest,
+            Borders::Periodic => 0.25 * narrowest, // nearer than half a box, a disk has one image only
+        };
+        for (i, disk) in disks.iter().enumerate() {
+            if !(disk.radius_m >= 1e-7 * narrowest && disk.radius_m <= widest) {
+                let allowed = format!("{:e} to {widest} m in this box", 1e-7 * narrowest);
+                return invalid("radius_m", format!("{} of disk {i}", disk.radius_m), &allowed);
+            }
+            let at = &disk.at_m.to_array()[..dimensions];
+            if !at.iter().zip(size).all(|(x, s)| (0.0..=*s).contains(x)) {
+                return invalid("at_m", format!("{} of disk {i}", disk.at_m), "in the box");
+            }
+            if !(disk.velocity_mps.is_finite() && disk.velocity_mps.abs().max_element() < 1e9) {
+                return invalid("velocity_mps", format!("{} of disk {i}", disk.velocity_mps), "finite");
+            }
+        }
+        Ok(())
+    }
+
+    /// From one point to another, the short way round.
+    pub fn way(&self, from: DVec3, to: DVec3) -> DVec3 {
+        let d = to - from;
+        match self.borders {
+            Borders::Walls => d,
+            Borders::Periodic => {
+                let mut turns = (d / self.size_m).round();
+                if self.space == Space::Flat {
+                    turns.z = 0.0;
+                }
+                d - self.size_m * turns
+            }
+        }
+    }
+}

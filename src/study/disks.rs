@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Disks: speed against the error of the pressure, and boxes for hard cases and benches.
+
+use super::{
+    runs::{time, Effort, Timing},
+    shapes::{finite, Point, StudyResult},
+    OnProgress, Progress, Result,
+};
+use crate::{
+    disks::{oracle, starts, Disk, List, ListState, Model, Response, Sorted, SortedState, Space},
+    gpu::{Gpu, Recorder, Submitter},
+};
+
+/// As results name it.
+pub const NAME: &str = "disks";
+/// What the error is.
+pub const METRIC: &str = "pressure, relative to Henderson's";
+
+/// How a box is stepped, by the name in results: `list/seed`, `sorted/matching3`, `sorted/matching3/no-toi/3d`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// The tutorial's lists instead of sorted cells.
+    pub is_list: bool,
+    /// What contacts do.
+    pub response: Response,
+    /// Disks or spheres.
+    pub space: Space,
+}
+
+impl Variant {
+    /// # Panics
+    /// If the name is none.
+    pub fn named(name: &str) -> Self {
+        let has = |part: &str| name.split('/').any(|it| it == part);
+        let rounds = name.split('/').find_map(|part| part.strip_prefix("matching"));
+        let response = match rounds {
+            Some(rounds) => {
+                Response::Matching { rounds: rounds.parse().expect("rounds"), rewinds: !has("no-toi") }
+            }
+            None if has("gauss-seidel") => Response::GaussSeidel,
+            None => {
+                assert!(has("seed"), "no variant `{name}`");
+                Response::Seed
+            }
+        };
+        let space = if has("3d") { Space::Solid } else { Space::Flat };
+        Self { is_list: has("list"), response, space }
+    }
+}
+
+enum State {
+    List(ListState),
+    Sorted(SortedState),
+}
+
+/// A box on the GPU.
+pub struct Gas {
+    gpu: Gpu,
+    submitter: Submitter,
+    state: State,
+    substeps: u32,
+}
+
+/// Steps in a submission of a thousand disks, so that no driver thinks it hangs.
+const BATCH: u32 = 400;
+
+impl State {
+    fn record(&mut self, rec: &mut Recorder<'_>) {
+        match self {
+            Self::List(state) => state.record(rec),
+            Self::Sorted(state) => state.record(rec),
+        }
+        rec.barrier(Sorted::EXIT, Sorted::ENTRY);
+    }
+}
+
+impl Gas {
+    /// A box at its start, each step of which is cut into `substeps`.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn new(gpu: &Gpu, variant: &Variant, model: &Model, disks: &[Disk], substeps: u32) -> Result<Self> {
+        Self::measuring(gpu, variant, model, disks, substeps, false)
+    }
+
+    /// [`Gas::new`], with impulses summed or not.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn measuring(
+        gpu: &Gpu,
+        variant: &Variant,
+        model: &Model,
+        disks: &[Disk],
+        substeps: u32,
+        measures: bool,
+    ) -> Result<Self> {
+        let model = Model { response: variant.response, space: variant.space, ..model.cut(substeps) };
+        let state = if variant.is_list {
+            State::List(List::new(gpu)?.state(&model, disks)?)
+        } else {
+            let grid = crate::disks::Grid::of(&model, disks.iter().map(|disk| disk.radius_m));
+            let kernels = Sorted::new(gpu, &model, grid.large > 0, measures)?;
+            State::Sorted(kernels.state(&model, disks)?)
+        };
+        Ok(Self { gpu: gpu.clone(), submitter: Submitter::new(gpu, 0)?, state, substeps })
+    }
+
+    /// Steps, and waits for them.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn steps(&mut self, count: u32) -> Result<()> {
+        let mut left = count * self.substeps;
+        while left > 0 {
+            let batch = left.min(BATCH);
+            self.submitter.run(|rec| (0..batch).for_each(|_| self.state.record(rec)))?;
+            left -= batch;
+        }
+        Ok(())
+    }
+
+    /// The disks, in the order in which they were given.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn disks(&self) -> Result<Vec<Disk>> {
+        Ok(match &self.state {
+            State::List(state) => state.disks(&self.gpu)?,
+            State::Sorted(state) => state.disks(&self.gpu)?,
+        })
+    }
+
+    /// The state as it lies in memory.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn words(&self) -> Result<Vec<u32>> {
+        Ok(match &self.state {
+            State::List(state) => self.gpu.download(state.records())?,
+            State::Sorted(state) => state.words(&self.gpu)?,
+        })
+    }
+
+    /// Since the start: impulse times distance of pairs, impulse of walls. Zeros of a list, which does not measure.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn impulses(&self) -> Result<[f64; 2]> {
+        let State::Sorted(state) = &self.state else { return Ok([0.0; 2]) };
+        let each = state.impulses(&self.gpu)?;
+        Ok([0, 1].map(|k| each.iter().map(|it| f64::from(it[k])).sum()))
+    }
+
+    /// The time that a step takes, with all its substeps.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn time(&mut self, effort: Effort) -> Result<Timing> {
+        let (state, substeps) = (&mut self.state, self.substeps);
+        time(&self.gpu, effort, |rec| (0..substeps).for_each(|_| state.record(rec)))
+    }
+}
+
+/// Share of disks that are farther from where they should be than `radii` of the smallest radius; those that are nowhere
+/// count.
+pub fn strays(model: &Model, got: &[Disk], want: &[Disk], radii: f64) -> f64 {
+    let far = radii * want.iter().map(|disk| disk.radius_m).fold(f64::INFINITY, f64::min);
+    let is_near = |(a, b): &(&Disk, &Disk)| model.way(a.at_m, b.at_m).length() <= far;
+    1.0 - got.iter().zip(want).filter(is_near).count() as f64 / want.len() as f64
+}
+
+/// A fluid in equilibrium, and how long to watch it.
+#[derive(Clone, Copy, Debug)]
+pub struct Watch {
+    /// How many.
+    pub disks: u32,
+    /// Share of the box.
+    pub packing: f64,
+    /// Root mean square way in a step, in radii.
+    pub way: f64,
+    /// Collisions of a disk before, and while it is measured.
+    pub collisions: [f64; 2],
+}
+
+/// What was seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// `P V / (N k T)`, of Henderson's, less 1.
+    pub pressure: f64,
+    /// Momentum, of the sum of its lengths.
+    pub momentum: f64,
+    /// Energy, of the start's, less 1.
+    pub energy: f64,
+    /// Largest overlap, of the sum of the radii.
+    pub overlap: f64,
+    /// Into how many each step was cut.
+    pub substeps: u32,
+}
+
+/// Watches the pressure, from pairs, in a box that repeats. `substeps`: those that the model asks for if `None`.
+///
+/// # Errors
+/// The device's.
+pub fn watch(gpu: &Gpu, variant: &Variant, what: Watch, substeps: Option<u32>) -> Result<Seen> {
+    let start = starts::fluid(variant.space, what.disks, what.packing, 3);
+    let model = Model { dt_s: what.way, response: variant.response, ..start.model };
+    let substeps = substeps.unwrap_or_else(|| model.substeps(&start.disks));
+    let a_step = model.collisions_a_step(&start.disks);
+    let steps = what.collisions.map(|n| (n / a_step).ceil().max(2.0) as u32);
+    let mut gas = Gas::measuring(gpu, variant, &model, &start.disks, substeps, true)?;
+    gas.steps(steps[0])?;
+    let before = gas.impulses()?[0];
+    gas.steps(steps[1])?;
+    let virial = gas.impulses()?[0] - before;
+    let disks = gas.disks()?;
+    let z = oracle::pressure_of_virial(&model, &disks, virial, f64::from(steps[1]) * model.dt_s);
+    let (momentum, lengths) = oracle::momentum(&model, &disks);
+    Ok(Seen {
+        pressure: z / oracle::pressure(variant.space, what.packing) - 1.0,
+        momentum: momentum.length() / lengths,
+        energy: oracle::energy(&model, &disks) / oracle::energy(&model, &start.disks) - 1.0,
+        overlap: oracle::overlap(&model, &disks),
+        substeps,
+    })
+}
+
+const VARIANTS: [&str; 7] = [
+    "sorted/seed",
+    "sorted/gauss-seidel",
+    "sorted/matching1",
+    "sorted/matching3",
+    "sorted/matching8",
+    "sorted/matching1/no-toi",
+    "sorted/matching3/no-toi",
+];
+/// (1/s).
+const RATES: [f64; 4] = [15.0, 30.0, 60.0, 240.0];
+/// Way in a step of 1/15 s (radii).
+const WAY: f64 = 0.5;
+
+/// Runs it: one study a packing. The unit of length is a radius, and disks move 7.5 of them a second.
+///
+/// # Errors
+/// The device's.
+pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<StudyResult>> {
+    let packings: &[f64] = if quick { &[0.2245] } else { &[0.1, 0.2245, 0.4, 0.5, 0.65] };
+    let (mut done, of) = (0, packings.len() * VARIANTS.len() * RATES.len());
+    let mut results = Vec::new();
+    for &packing in packings {
+        let mut points = Vec::new();
+        let mut drifts = Vec::new();
+        for name in VARIANTS {
+            for rate in RATES {
+                progress(Progress { done, of, now: &format!("{name}, {rate} Hz, packing {packing}") });
+                done += 1;
+                let variant = Variant::named(name);
+                let speed = WAY * RATES[0]; // radii a second
+                let [warm, long] = if quick { [10.0, 25.0] } else { [20.0, 80.0] };
+                let what = Watch { disks: 1600, packing, way: speed / rate, collisions: [warm, long] };
+                // As the step comes: what substeps would do is what a higher rate does.
+                let seen = watch(gpu, &variant, what, Some(1))?;
+                if rate == 60.0 {
+                    drifts.push(format!("{name} {:.0e}, overlap {:.3}", seen.momentum, seen.overlap));
+                }
+                let start = starts::fluid(variant.space, 100_000, packing, 3);
+                let model = Model { dt_s: what.way, response: variant.response, ..start.model };
+                let mut gas = Gas::new(gpu, &variant, &model, &start.disks, 1)?;
+                gas.steps(20)?;
+                let effort = Effort { budget_s: if quick { 0.1 } else { 0.4 }, ..Effort::full(gpu) };
+                let ms = gas.time(effort)?.median_ms;
+                points.push(Point {
+                    variant: name.into(),
+                    step: 1.0 / rate,
+                    size: 1600,
+                    error: finite(seen.pressure.abs()),
+                    metric: METRIC.into(),
+                    ms_per_sim_second: ms * rate,
+                    ns_per_item: 1e6 * ms / 1e5,
+                    pareto: false,
+                });
+            }
+        }
+        let mut result = StudyResult {
+            sim: "disks".into(),
+            study: format!("packing {packing}"),
+            reference: format!(
+                "Henderson's equation of state; cost of 100 000 disks; momentum lost, of the sum of its lengths, at 60 Hz: {}",
+                drifts.join("; ")
+            ),
+            points,
+            cheapest: Vec::new(),
+        };
+        result.mark_pareto();
+        result.cheapest = result.cheapest_for(&[0.1, 0.01, 0.003], "sorted/seed");
+        results.push(result);
+    }
+    Ok(results)
+}
