@@ -278,7 +278,15 @@ fn measurements_have_their_stable_shapes() {
         (&row["sim"], &row["variant"], &row["size"]),
         (&"water".into(), &"waves/w1".into(), &"64x64".into())
     );
-    for key in ["items_per_s", "unit", "bytes_per_item", "fraction_of_copy", "median_ms", "runs"] {
+    for key in [
+        "items_per_s",
+        "unit",
+        "bytes_per_item",
+        "fraction_of_copy",
+        "median_ms",
+        "ms_per_sim_second",
+        "runs",
+    ] {
         assert!(row.get(key).is_some(), "{key}");
     }
 }

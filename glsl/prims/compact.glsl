@@ -10,6 +10,7 @@ layout(set = 0, binding = 2, std430) readonly buffer Sums { uint sums[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Kept { uint kept[]; };
 
 shared uint marks[TILE / 32u];
+shared uint before[GROUP];  // marks before each half word
 shared uint gathered[TILE];
 
 void main() {
@@ -23,13 +24,14 @@ void main() {
     }
     barrier();
     // Half a word of marks an invocation.
-    uint word = marks[lane / 2u] >> (16u * (lane & 1u)) & 0xffffu;
     uint total;
-    uint before = group_exclusive(bitCount(word), total);
-    while (word != 0u) {
-        uint bit = findLSB(word);
-        word &= word - 1u;
-        gathered[before++] = values[tile * TILE + 16u * lane + bit];
+    before[lane] = group_exclusive(bitCount(marks[lane / 2u] >> (16u * (lane & 1u)) & 0xffffu), total);
+    barrier();
+    for (uint k = 0u; k < ITEMS; ++k) {
+        uint at = k * GROUP + lane, word = marks[at / 32u];
+        if ((word >> (at & 31u) & 1u) == 0u) continue;
+        uint half_word = word >> (at & 16u) & 0xffffu;
+        gathered[before[at / 16u] + bitCount(half_word & ((1u << (at & 15u)) - 1u))] = values[tile * TILE + at];
     }
     barrier();
     for (uint j = lane; j < total; j += GROUP) kept[sums[tile] + j] = gathered[j];

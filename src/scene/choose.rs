@@ -490,7 +490,7 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
 }
 
 /// The step of a variant (s): that of the scene, or the longest that divides a picture's time and is 5 % below the limit.
-fn step_s(water: &WaterScene, variant: &Variant, fps: f64) -> f64 {
+pub(super) fn step_s(water: &WaterScene, variant: &Variant, fps: f64) -> f64 {
     match variant.tier() {
         None => water.waves_model(variant, fps).dt_s,
         Some(tier) => water.depth_model(tier, fps).dt_s,

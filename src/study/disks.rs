@@ -7,7 +7,7 @@ use super::{
     OnProgress, Progress, Result,
 };
 use crate::{
-    disks::{oracle, starts, Disk, List, ListState, Model, Response, Sorted, SortedState, Space},
+    disks::{oracle, starts, Disk, Grid, List, ListState, Model, Response, Sorted, SortedState, Space},
     gpu::{Gpu, Recorder, Submitter},
 };
 
@@ -56,6 +56,7 @@ enum State {
 /// A box on the GPU.
 pub struct Gas {
     gpu: Gpu,
+    kernels: Option<Sorted>,
     submitter: Submitter,
     state: State,
     substeps: u32,
@@ -96,14 +97,27 @@ impl Gas {
         measures: bool,
     ) -> Result<Self> {
         let model = Model { response: variant.response, space: variant.space, ..model.cut(substeps) };
-        let state = if variant.is_list {
-            State::List(List::new(gpu)?.state(&model, disks)?)
+        let (state, kernels) = if variant.is_list {
+            (State::List(List::new(gpu)?.state(&model, disks)?), None)
         } else {
-            let grid = crate::disks::Grid::of(&model, disks.iter().map(|disk| disk.radius_m));
+            let grid = Grid::of(&model, disks.iter().map(|disk| disk.radius_m));
             let kernels = Sorted::new(gpu, &model, grid.large > 0, measures)?;
-            State::Sorted(kernels.state(&model, disks)?)
+            (State::Sorted(kernels.state(&model, disks)?), Some(kernels))
         };
-        Ok(Self { gpu: gpu.clone(), submitter: Submitter::new(gpu, 0)?, state, substeps })
+        Ok(Self { gpu: gpu.clone(), submitter: Submitter::new(gpu, 0)?, kernels, state, substeps })
+    }
+
+    /// Puts other disks in another box, of the same kind.
+    ///
+    /// # Errors
+    /// Bad input, or the device's.
+    pub fn refill(&mut self, model: &Model, disks: &[Disk]) -> Result<()> {
+        let model = model.cut(self.substeps);
+        self.state = match &self.kernels {
+            Some(kernels) => State::Sorted(kernels.state(&model, disks)?),
+            None => State::List(List::new(&self.gpu)?.state(&model, disks)?),
+        };
+        Ok(())
     }
 
     /// Steps, and waits for them.

@@ -91,7 +91,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         id: "D7",
-        title: "1000 disks in one bin jump by a diameter at most in a step of 1/120 s",
+        title: "1000 disks in one bin jump by a diameter at most in a step of 1/240 s",
         variants: DEFAULT,
         unit: "diameters a step",
         limit: 1.0,
@@ -249,7 +249,9 @@ fn long(context: &Context<'_>, name: &str) -> Result<[f64; 2]> {
 fn pressure(context: &Context<'_>, name: &str, way: f64) -> Result<Outcome> {
     let packing: f64 = name.rsplit('/').next().and_then(|it| it.parse().ok()).expect("a packing");
     let variant = Variant::named(name);
-    let what = Watch { disks: 1600, packing, way, collisions: [40.0, 120.0] };
+    // Near freezing, a fluid takes long to forget the lattice that it started from.
+    let collisions = if packing > 0.6 { [200.0, 400.0] } else { [40.0, 120.0] };
+    let what = Watch { disks: 1600, packing, way, collisions };
     let Seen { pressure, substeps, .. } = watch(context.gpu, &variant, what, None)?;
     let outcome = Outcome::of(pressure);
     let note = format!("each step in {substeps}");
@@ -297,26 +299,38 @@ fn pairs(first: impl Fn(f64) -> [Disk; 2]) -> Vec<Disk> {
         .collect()
 }
 
-/// D5: against the exact impulse where they meet.
+/// D5: against the exact impulse where they meet. Each pair has a box of a metre: in a larger one, f32 says less exactly
+/// where a disk is.
 fn oblique(context: &Context<'_>, name: &str) -> Result<Outcome> {
-    let disks = pairs(|phase| {
-        let (velocity, dt) = (dvec3(1.5, 0.4, 0.0), 1.0 / 60.0);
-        let ahead = velocity * (dt * phase);
+    let pair = |phase: f64| {
+        let (velocity, middle) = (dvec3(1.5, 0.4, 0.0), dvec3(0.5, 0.5, 0.0));
+        let ahead = velocity * (phase / 60.0);
         [
-            Disk { at_m: dvec3(-0.3, -0.05, 0.0) + ahead, velocity_mps: velocity, radius_m: 0.1 },
-            Disk { at_m: dvec3(0.0, 0.06, 0.0), velocity_mps: dvec3(-0.2, -0.1, 0.0), radius_m: 0.05 },
+            Disk { at_m: middle + dvec3(-0.3, -0.05, 0.0) + ahead, velocity_mps: velocity, radius_m: 0.1 },
+            Disk {
+                at_m: middle + dvec3(0.0, 0.06, 0.0),
+                velocity_mps: dvec3(-0.2, -0.1, 0.0),
+                radius_m: 0.05,
+            },
         ]
-    });
+    };
     let error = |name: &str| -> Result<f64> {
         let variant = Variant::named(name);
-        let model = model(&variant, 16.0, Borders::Walls);
-        let mut exact = Exact::new(model, &disks);
-        let mut gas = Gas::new(context.gpu, &variant, &model, &disks, model.substeps(&disks))?;
-        gas.steps(18)?;
-        exact.run(18.0 / 60.0);
-        assert_eq!(exact.collisions, 40, "each pair meets once");
-        let apart = |(a, b): (&Disk, &Disk)| (a.velocity_mps - b.velocity_mps).length() / 1.5;
-        Ok(gas.disks()?.iter().zip(&exact.disks).map(apart).fold(0.0, f64::max))
+        let model = model(&variant, 1.0, Borders::Walls);
+        let mut gas = Gas::new(context.gpu, &variant, &model, &pair(0.0), model.substeps(&pair(0.0)))?;
+        let mut most = 0.0_f64;
+        for i in 0..40 {
+            let disks = pair(f64::from(i) / 40.0);
+            gas.refill(&model, &disks)?;
+            gas.steps(18)?;
+            let mut exact = Exact::new(model, &disks);
+            exact.run(18.0 / 60.0);
+            assert_eq!(exact.collisions, 1, "they meet once");
+            for (a, b) in gas.disks()?.iter().zip(&exact.disks) {
+                most = most.max((a.velocity_mps - b.velocity_mps).length() / 1.5);
+            }
+        }
+        Ok(most)
     };
     Ok(Outcome::of(error(name)?).seed(error("sorted/seed")?))
 }
@@ -357,10 +371,10 @@ fn heap(context: &Context<'_>, name: &str) -> Result<(f64, f64)> {
             let [x, y, ..] = units(bits(9, i, 0, 0)).map(f64::from);
             disk.at_m = dvec3(1.0 + bin * x, 1.0 + bin * y, 0.0);
         }
-        let model = Model { dt_s: 1.0 / 120.0, response: variant.response, ..start.model };
+        let model = Model { dt_s: 1.0 / 240.0, response: variant.response, ..start.model };
         let mut gas = Gas::new(context.gpu, &variant, &model, &start.disks, 1)?;
         let (mut before, mut longest) = (start.disks, 0.0_f64);
-        for _ in 0..240 {
+        for _ in 0..480 {
             gas.steps(1)?;
             let now = gas.disks()?;
             for (a, b) in before.iter().zip(&now) {

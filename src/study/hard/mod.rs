@@ -6,6 +6,7 @@ pub mod ballistic;
 pub mod black_hole;
 pub mod disks;
 pub mod system;
+pub mod particles;
 pub mod water;
 
 use super::{
@@ -131,7 +132,7 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES, black_hole::CASES, ballistic::CASES, disks::CASES, system::CASES]
+    [water::CASES, water::DEPTH_CASES, particles::CASES, black_hole::CASES, ballistic::CASES, disks::CASES, system::CASES]
         .into_iter()
         .flatten()
 }
