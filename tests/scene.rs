@@ -299,7 +299,7 @@ fn an_unknown_key_is_named_with_its_line() {
     );
     assert_eq!(
         error(&format!("{LAKE}[sun]\nradius = 1")),
-        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg\n\
+        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg, brightness\n\
          9 | radius = 1\n  | ^^^^^^"
     );
 }

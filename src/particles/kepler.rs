@@ -352,11 +352,23 @@ mod tests {
             let of = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
             off_s.sort_by(f64::total_cmp);
             let late = off_s[off_s.len() * 99 / 100];
-            println!("{population}: 99 % {:.1e}, all {:.1e}; {most} evaluations; crossings {late:.1e} s", of(0.99), of(1.0));
-            assert!(of(0.99) < limits[0] && of(1.0) < limits[1], "{population}: {:e} {:e}", of(0.99), of(1.0));
+            println!(
+                "{population}: 99 % {:.1e}, all {:.1e}; {most} evaluations; crossings {late:.1e} s",
+                of(0.99),
+                of(1.0)
+            );
+            assert!(
+                of(0.99) < limits[0] && of(1.0) < limits[1],
+                "{population}: {:e} {:e}",
+                of(0.99),
+                of(1.0)
+            );
             assert!(most <= most_evaluations, "{population}: {most}");
             // 99 of 100: an orbit that all but grazes the horizon crosses it when rounding likes.
-            assert!(late < 1e-4 && wrong == 0 && off_s.len() > 2000, "{population}: {late:e} s, {wrong} wrong");
+            assert!(
+                late < 1e-4 && wrong == 0 && off_s.len() > 2000,
+                "{population}: {late:e} s, {wrong} wrong"
+            );
         }
     }
 

@@ -29,8 +29,8 @@ pub mod drag;
 pub mod emitter;
 pub mod kepler;
 pub mod kepler_stateless;
-pub mod oracle;
 pub mod law;
+pub mod oracle;
 pub mod pool;
 
 pub use drag::Drag;

@@ -29,25 +29,65 @@ fn structs_of_particles() {
         // The push block holds one struct.
         assert_layout!(
             spv,
-            "StepParams"
-                == StepParams { now, dt_ticks, dt_s, life_ticks, seed, capacity, stride, emitters }
+            "StepParams" == StepParams { now, dt_ticks, dt_s, life_ticks, seed, capacity, stride, emitters }
         );
         assert_layout!(
             spv,
             "PoolState"
                 == PoolState {
-                    groups_x, groups_y, groups_z, slots, quad_vertices, quad_instances, quad_first_vertex,
-                    quad_first_instance, point_vertices, point_instances, point_first_vertex,
-                    point_first_instance, reader_groups_x, reader_groups_y, reader_groups_z, first, capacity,
-                    stride, now, life_ticks, sources, births, appended, free_first, free_count, taken, turn,
-                    finished, born, dropped, aged, ended, spoiled, born_high, dropped_high, aged_high,
-                    ended_high, spoiled_high,
+                    groups_x,
+                    groups_y,
+                    groups_z,
+                    slots,
+                    quad_vertices,
+                    quad_instances,
+                    quad_first_vertex,
+                    quad_first_instance,
+                    point_vertices,
+                    point_instances,
+                    point_first_vertex,
+                    point_first_instance,
+                    reader_groups_x,
+                    reader_groups_y,
+                    reader_groups_z,
+                    first,
+                    capacity,
+                    stride,
+                    now,
+                    life_ticks,
+                    sources,
+                    births,
+                    appended,
+                    free_first,
+                    free_count,
+                    taken,
+                    turn,
+                    finished,
+                    born,
+                    dropped,
+                    aged,
+                    ended,
+                    spoiled,
+                    born_high,
+                    dropped_high,
+                    aged_high,
+                    ended_high,
+                    spoiled_high,
                 }
         );
         assert_layout!(
             spv,
             "EmitterState"
-                == EmitterState { next_low, next_high, serial, first, from_low, from_high, from_serial, births }
+                == EmitterState {
+                    next_low,
+                    next_high,
+                    serial,
+                    first,
+                    from_low,
+                    from_high,
+                    from_serial,
+                    births
+                }
         );
         let emitter = structs(spv, "Emitter");
         let offset = |name: &str| emitter.members.iter().find(|m| m.name == name).unwrap().offset;

@@ -5,6 +5,6 @@
 mod black_hole;
 #[path = "../common/mod.rs"]
 mod common;
-mod layouts;
 mod kepler;
+mod layouts;
 mod pool;
