@@ -299,7 +299,7 @@ fn an_unknown_key_is_named_with_its_line() {
     );
     assert_eq!(
         error(&format!("{LAKE}[sun]\nradius = 1")),
-        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg\n\
+        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg, brightness\n\
          9 | radius = 1\n  | ^^^^^^"
     );
 }
@@ -552,7 +552,8 @@ fn walls_are_land_borders_have_strips_and_bodies_go_their_ways() {
     let want = |i: &usize| i % 64 == 36 || (i % 64 < 4 && i / 64 < 2);
     assert_eq!(land, (0..64 * 32).filter(want).collect::<Vec<_>>());
     let highest = plan.terrain.height_m.iter().fold(f32::MIN, |m, &h| m.max(h));
-    assert_eq!((highest, plan.terrain.height_m[0]), (1.0, -2.0));
+    let lowest = plan.terrain.height_m.iter().fold(f32::MAX, |m, &h| m.min(h));
+    assert_eq!((highest, lowest, plan.terrain.height_m[0]), (1.0, -2.0, 1.0));
     // A quarter of the shorter side: less than 32 columns.
     let borders = water.absorbing.unwrap();
     assert_eq!((borders.west, borders.east, borders.strip), (true, false, 8));
