@@ -88,11 +88,13 @@ pub fn yard() -> Vec<u16> {
     grey(YARD_SAMPLES, YARD_CELL_M, YARD_HEIGHT_M, |x, z| {
         let wx = x + 0.4 * fbm(x / 2.0, z / 2.0, 3, 51);
         let wz = z + 0.4 * fbm(x / 2.0, z / 2.0, 3, 52);
-        let ground = 0.45 + 0.26 * fbm(wx / 3.1, wz / 3.1, 3, 53) + 0.03 * fbm(x / 0.5, z / 0.5, 4, 54);
+        let ground = 0.45 + 0.34 * fbm(wx / 3.4, wz / 3.4, 2, 53) + 0.035 * fbm(x / 0.7, z / 0.7, 4, 54);
         let across = wz - 0.9 - 0.22 * wx;
-        let rut = |at: f64| 0.09 * smooth(0.3, 0.06, (across - at).abs());
+        let rut = |at: f64| 0.11 * smooth(0.34, 0.08, (across - at).abs());
         let bank = 0.35 * smooth(0.7, 1.05, (x.abs() / 6.0).max(z.abs() / 4.0));
-        ground + bank - rut(-0.75) - rut(0.75) + stones(1.6 * x, 1.6 * z) * 0.35
+        // A few stones lie about.
+        let pebbles = 0.3 * stones(1.3 * x, 1.3 * z) * smooth(0.0, 0.35, fbm(x / 1.9, z / 1.9, 2, 55));
+        ground + bank - rut(-0.75) - rut(0.75) + pebbles
     })
 }
 

@@ -62,6 +62,7 @@ fn help_is_as_it_was() {
 fn a_scene_is_explained_without_a_device() {
     insta::assert_snapshot!(ok(&["check", "fjord"]));
     insta::assert_snapshot!(ok(&["check", "sombrero", "--set", "water.0.dt_s=0.1"]));
+    insta::assert_snapshot!(ok(&["check", "puddles"]));
     let checked = json(&["check", "fjord", "--json"]);
     assert_eq!(keys(&checked), ["buffers", "bytes", "passes", "scene", "warnings", "waters"]);
     assert_eq!(checked["waters"][0]["has_land"], true);
@@ -187,7 +188,7 @@ fn a_run_writes_pictures_a_sheet_a_clip_and_statistics() {
     );
     let passes: BTreeSet<_> =
         stats["passes"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
-    assert!(passes.contains("water.waves") && passes.contains("draw.scene"), "{passes:?}");
+    assert!(passes.contains("water.fused") && passes.contains("draw.scene"), "{passes:?}");
     let lake = &stats["waters"][0];
     assert_eq!(lake["steps"], 3);
     assert!(lake["disturbances_rejected"] == 0 && lake["disturbances_dropped"] == 0);
@@ -277,7 +278,15 @@ fn measurements_have_their_stable_shapes() {
         (&row["sim"], &row["variant"], &row["size"]),
         (&"water".into(), &"waves/w1".into(), &"64x64".into())
     );
-    for key in ["items_per_s", "unit", "bytes_per_item", "fraction_of_copy", "median_ms", "runs"] {
+    for key in [
+        "items_per_s",
+        "unit",
+        "bytes_per_item",
+        "fraction_of_copy",
+        "median_ms",
+        "ms_per_sim_second",
+        "runs",
+    ] {
         assert!(row.get(key).is_some(), "{key}");
     }
 }

@@ -189,5 +189,8 @@ fn the_linear_study_finds_the_known_errors_and_its_report_is_whole() {
     names.sort();
     assert_eq!(names, ["index.html", "study.csv", "study.json", "water-linear.svg"]);
     let error = whitecap::study::study(&gpu, &["wine".into()], true, &mut |_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "no study `wine`; there are water linear, water non-linear");
+    assert_eq!(
+        error.to_string(),
+        "no study `wine`; there are water linear, water non-linear, black hole, ballistic, disks"
+    );
 }

@@ -12,6 +12,7 @@ use tempfile::{tempdir, TempDir};
 use whitecap::run::atomic::write_atomic;
 use whitecap::run::clip::{Clip, ClipOptions};
 use whitecap::run::picture::{contact_sheet, Picture};
+use whitecap::scene::{Measured, Scene};
 use whitecap::study::linear::cost_of;
 use whitecap::study::page::{page, panels};
 use whitecap::study::plot::{self, log_log, Curve, Mark};
@@ -125,6 +126,7 @@ fn a_bench_has_this_json() {
         bytes_per_item: 32.0,
         fraction_of_copy: 0.5,
         median_ms: 0.75,
+        ms_per_sim_second: None,
         runs: 21,
         min_ms: None,
         p95_ms: None,
@@ -540,4 +542,57 @@ fn committed_results_have_todays_shapes() {
             whitecap::study::write_report(&study, &dir, "2026-11-23").unwrap();
         }
     }
+}
+
+/// A study as it is written, and a scene whose rules think otherwise than the device that the study is of.
+#[test]
+fn a_measured_table_chooses_again_by_its_own_costs() {
+    let scene = |tolerance: f64| {
+        let text = format!(
+            "output = {{ size = [16, 16], fps = 1, frames = 20 }}\n[[water]]\nname = 'hill'\ncells = [128, 128]\n\
+             size_m = [10, 10]\ndepth_m = 1\ngravity_mps2 = 1\ndamping_per_s = 0\ntolerance = {tolerance}\n\
+             start = {{ shape = 'hump', height_m = 1e-6, radius_m = 0.5 }}\n"
+        );
+        Scene::parse(&text, "hill", None, &[]).unwrap()
+    };
+    let row = |variant: &str, size: u32, error: f64, ns: f64| Point {
+        size,
+        ns_per_item: ns,
+        ms_per_sim_second: ns,
+        ..point(variant, Some(error), 1.0)
+    };
+    let mut linear = result(vec![
+        row("waves/w0", 64, 0.1, 90.0),
+        row("waves/w0", 128, 0.03, 40.0),
+        row("waves/fused/w0", 128, 0.03, 30.0),
+        row("waves/w0.25", 128, 0.02, 50.0),
+        row("waves/fourth", 128, 0.0003, 20.0),
+    ]);
+    linear.study = "linear".into();
+    let dir = tempdir().expect("a temporary directory");
+    let path = dir.path().join("study.json");
+    fs::write(&path, serde_json::to_string(&study(vec![linear])).unwrap()).unwrap();
+    let measured = Measured::read(&path).unwrap();
+    assert_eq!(measured.device, "D");
+    let cheapest = |tolerance| measured.cheapest("water", "linear", tolerance).map(|p| p.variant.as_str());
+    assert_eq!([0.05, 0.0001].map(cheapest), [Some("waves/fourth"), None]);
+    assert_eq!(measured.cheapest("particles", "linear", 1.0), None);
+    assert_eq!(measured.ns_per_column("waves/w0", 60 * 60), Some(90.0));
+    assert_eq!(measured.ns_per_column("waves/w0", 4096 * 4096), Some(40.0));
+
+    // The rules take fused waves of second order, at the costs of an H100; here the fourth order costs less.
+    let wide = scene(0.1);
+    assert!(wide.water[0].choice.taken().name.starts_with("waves/w"));
+    let refined = measured.refine(&wide);
+    assert_eq!((refined.len(), refined[0].variant.as_str(), refined[0].is_taken), (1, "waves/fourth", false));
+    assert!(refined[0].unmeasured.iter().any(|name| name == "waves/w1"), "{refined:?}");
+    // Where only the fourth order is accurate enough both take it.
+    let narrow = measured.refine(&scene(0.001));
+    assert_eq!((narrow[0].variant.as_str(), narrow[0].is_taken), ("waves/fourth", true));
+    // A scene without a tolerance has nothing to choose by cost.
+    assert_eq!(measured.refine(&whitecap::scene::builtin::load("fjord", &[]).unwrap()), []);
+
+    fs::write(&path, "{}").unwrap();
+    let error = Measured::read(&path).unwrap_err().to_string();
+    assert!(error.contains("study.json: not a study.json: missing field `device`"), "{error}");
 }

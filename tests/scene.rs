@@ -154,6 +154,10 @@ fn every_limit_is_kept() {
     let mode = "water.0.start={shape='mode', height_m=1, waves=[1, 1]}";
     let drop = "water.0.drop=[{at_m=[0, 0], radius_m=1, volume_m3=1, every_s=1}]";
     let rain = "water.0.rain={drops_per_s=1, radius_m=1, volume_m3=1}";
+    let even =
+        "water.0={name='lake', model='wet', cells=[64, 32], size_m=[16, 8], depth_m=2, rain={mm_per_h=1}}";
+    let source = "water.0.source=[{at_m=[0, 0], radius_m=1, rate_m3ps=1, end_s=5}]";
+    let block = "water.0.start={shape='block', height_m=1, from_m=[0, 0], to_m=[1, 1]}";
     let absorb = "water.0.borders=absorb";
     let wall = "water.0.wall=[{from_m=[-1, -1], to_m=[1, 1]}]";
     let sphere = "water.0.body=[{shape='sphere', radius_m=1, path=[[0, 1, 2, 3]]}]";
@@ -184,7 +188,13 @@ fn every_limit_is_kept() {
         (terrain, "terrain.height_m", &["[5, -5]"], &["[nan, 1]", "5"]),
         (terrain, "terrain.heightmap", &["x.PNG"], &["x.jpg", "builtin/x.png", "png", "1"]),
         ("", "water.0.name", &["a", "A_-9"], &["''", "'a.b'", "12", "'12'", "ä"]),
-        ("", "water.0.model", &["waves", "book"], &["wave", "true"]),
+        ("", "water.0.model", &["waves", "book", "pipes", "wet", "shallow", "auto"], &["wave", "true"]),
+        ("", "water.0.order", &["2", "4"], &["3", "'4'", "4.0"]),
+        ("", "water.0.tolerance", &["0.001", "1"], &["0", "1.1", "nan"]),
+        ("water.0.model='pipes'", "water.0.foam", &["true", "false"], &["1", "'yes'"]),
+        ("water.0.model='wet'", "water.0.deepest_m", &["2", "9.5"], &["0", "nan"]),
+        ("water.0.model='shallow'", "water.0.fastest_mps", &["0", "9.5"], &["-1", "inf"]),
+        ("water.0.model='wet'", "water.0.thin_m", &["0", "0.01"], &["-1", "1.1"]),
         ("", "water.0.cells", &["[2, 1]", "[16384, 8192]"], &["[0, 1]", "[2, 16385]", "[2.0, 1]", "[2, 2]"]),
         ("", "water.0.size_m", &["[0.002, 0.001]", "[1e6, 5e5]"], &["[0, 1]", "[1, -0.0]", "[1, nan]"]),
         ("", "water.0.level_m", &["-9", "9.5"], &["nan", "-inf", "1e39"]),
@@ -216,12 +226,22 @@ fn every_limit_is_kept() {
         (rain, "water.0.rain.radius_m", &["1"], &["0"]),
         (rain, "water.0.rain.volume_m3", &["-1"], &["0", "nan"]),
         (rain, "water.0.rain.push_m3ps", &["1", "0"], &["inf"]),
+        (even, "water.0.rain.mm_per_h", &["0", "1e6"], &["-1", "1000001", "nan"]),
+        (source, "water.0.source.0.at_m", &["[1, 2]"], &["[1, inf]", "1"]),
+        (source, "water.0.source.0.radius_m", &["1"], &["0"]),
+        (source, "water.0.source.0.rate_m3ps", &["-1", "0.5"], &["0", "nan"]),
+        (source, "water.0.source.0.start_s", &["0", "1"], &["-0.1", "nan"]),
+        (source, "water.0.source.0.end_s", &["1"], &["0", "inf"]),
+        (block, "water.0.start.height_m", &["-1", "1"], &["inf"]),
+        (block, "water.0.start.from_m", &["[-1, 0.5]"], &["[nan, 0]", "1"]),
+        (block, "water.0.start.to_m", &["[3, 9]"], &["[0, 1]", "1"]),
         ("", "water.0.borders", &["reflect", "absorb", "{}", "{west='absorb'}"], &["open", "1", "[1, 2]"]),
         ("", "water.0.borders.east", &["reflect", "absorb"], &["open", "1"]),
         (absorb, "water.0.absorb_width_m", &["0.5", "4"], &["0.4", "4.1", "0", "nan"]),
         (wall, "water.0.wall.0.from_m", &["[-9, 0]", "[7, 9]"], &["[nan, 0]", "[1, 2, 3]"]),
         (wall, "water.0.wall.0.to_m", &["[3, 0]"], &["[-1, 0]", "[inf, 0]"]),
         (wall, "water.0.wall.0.height_m", &["0.1"], &["0", "-1", "nan"]),
+        (wall, "water.0.wall.0.look", &["stone", "house"], &["glass", "1"]),
         (sphere, "water.0.body.0.shape", &["sphere"], &["ball", "1"]),
         (sphere, "water.0.body.0.radius_m", &["0.25", "9"], &["0.24", "0", "nan"]),
         (sphere, "water.0.body.0.yaw_deg", &["-900"], &["inf"]),
@@ -279,7 +299,7 @@ fn an_unknown_key_is_named_with_its_line() {
     );
     assert_eq!(
         error(&format!("{LAKE}[sun]\nradius = 1")),
-        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg\n\
+        "lake.toml:9:1: sun.radius is not a key; allowed here: azimuth_deg, elevation_deg, brightness\n\
          9 | radius = 1\n  | ^^^^^^"
     );
 }
@@ -318,7 +338,7 @@ fn what_is_not_toml_is_pointed_at() {
 
 #[test]
 fn an_empty_scene_has_nothing_to_see() {
-    let nothing = "lake.toml: nothing to see: a scene has [terrain] or [[water]] or both";
+    let nothing = "lake.toml: nothing to see: a scene has [terrain], [[water]], [[emitter]] or [[disks]]";
     assert_eq!(error(""), nothing);
     assert_eq!(error("title = 'x'"), nothing);
 }
@@ -337,6 +357,14 @@ fn values_that_do_not_go_together_are_conflicts() {
     for (text, message) in [
         ("[[water.drop]]\nat_m = [0, 0]\nradius_m = 1", "a drop without both does nothing"),
         ("[[water.drop]]\nat_m = [0, 0]\nradius_m = 1\nvolume_m3 = 1\ncount = 3", "count needs every_s"),
+        (
+            "[[water.source]]\nat_m = [0, 0]\nradius_m = 1\nrate_m3ps = 1\nstart_s = 5\nend_s = 5",
+            "end_s is not after start_s",
+        ),
+        (
+            "[[water.source]]\nat_m = [0, 0]\nradius_m = 1\nrate_m3ps = 0",
+            "a source without water does nothing",
+        ),
         ("[camera]\neye_m = [1, 2, 3]\ntarget_m = [1, 2, 3]", "the camera would look nowhere"),
         (
             "[[water]]\nname = 'lake'\nmodel = 'waves'\ncells = [1, 1]\nsize_m = [1, 1]\ndepth_m = 1",
@@ -374,6 +402,133 @@ fn values_that_do_not_go_together_are_conflicts() {
     assert!(error(&book).contains("walls is \"folded\"; allowed: \"dropped\""), "{}", error(&book));
 }
 
+/// Every key that only goes with some models, refused by the others with what it does go with.
+#[test]
+fn what_a_model_cannot_do_is_refused_with_the_models_that_can() {
+    let push = "[[water.drop]]\nat_m = [0, 0]\nradius_m = 1\npush_m3ps = 1";
+    let rain = "[water.rain]\nmm_per_h = 10";
+    let body = "[[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[0, 1, 2, 3]]";
+    let wall = "[[water.wall]]\nfrom_m = [0, 0]\nto_m = [1, 1]";
+    let table: &[(&str, &str, &[&str])] = &[
+        (push, "drop", &["waves"]),
+        (&push.replace("[[water.drop]]\nat_m = [0, 0]", "[water.rain]\ndrops_per_s = 1"), "rain", &["waves"]),
+        (rain, "rain", &["wet", "shallow"]),
+        ("borders = 'absorb'", "borders", &["waves"]),
+        (wall, "wall", &["waves", "pipes", "wet", "shallow"]),
+        (body, "body", &["book", "waves", "pipes"]),
+        ("foam = true", "foam", &["pipes", "wet", "shallow"]),
+        ("diagonal = 0.5", "diagonal", &["book", "waves", "pipes"]),
+        ("walls = 'dropped'", "walls", &["book", "waves", "pipes"]),
+        ("order = 4", "order", &["waves"]),
+        ("deepest_m = 3", "deepest_m", &["wet", "shallow"]),
+        ("thin_m = 1e-3", "thin_m", &["wet", "shallow"]),
+        ("fastest_mps = 3", "fastest_mps", &["shallow"]),
+    ];
+    for (text, key, allowed) in table {
+        for model in ["book", "waves", "pipes", "wet", "shallow"] {
+            let text = format!("{}{text}", LAKE.replace("waves", model));
+            if allowed.contains(&model) {
+                parse(&text).unwrap_or_else(|error| panic!("{text}\n{error}"));
+                continue;
+            }
+            let error = error(&text);
+            let list = allowed.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+            assert_eq!(kinds(&text), [ProblemKind::Conflict], "{error}");
+            assert!(error.contains(&format!("water.0.{key} does not go with model {model:?}")), "{error}");
+            assert!(error.contains(&format!("allowed: {list}")), "{error}");
+        }
+    }
+    let fourth = format!("{LAKE}order = 4\n");
+    for (text, message) in [
+        ("diagonal = 0", "water.0.diagonal does not go with model \"waves\" and order 4, which has one stencil; allowed: 0.25"),
+        ("walls = 'dropped'", "which has walls that are mirrors; allowed: \"folded\""),
+    ] {
+        assert!(error(&format!("{fourth}{text}")).contains(message), "{}", error(&format!("{fourth}{text}")));
+    }
+}
+
+/// What a scene leaves to be chosen: the key `model`, and the others of `text`.
+fn chosen(text: &str) -> String {
+    let scene = parse(&LAKE.replace("model = \"waves\"\n", &format!("{text}\n")));
+    scene.unwrap_or_else(|error| panic!("{text}\n{error}")).water[0].variant().name()
+}
+
+#[test]
+fn the_choice_changes_with_tolerance_and_features() {
+    let hump = |tolerance: &str| {
+        format!("tolerance = {tolerance}\nstart = {{ shape = 'hump', height_m = 1e-4, radius_m = 0.5 }}")
+    };
+    // Without a tolerance, the lowest rung that has what is asked for.
+    let mut wrong = Vec::new();
+    for (text, want) in [
+        ("", "waves/w0.25"),
+        ("order = 4", "waves/fourth"),
+        ("foam = true", "pipes/w0.25"),
+        ("rain = { mm_per_h = 10 }", "wet"),
+        ("source = [{ at_m = [0, 0], radius_m = 1, rate_m3ps = 1 }]", "wet"),
+        ("start = { shape = 'block', height_m = 0.5, from_m = [-8, -4], to_m = [0, 4] }", "waves/w0.25"),
+        ("start = { shape = 'block', height_m = 1.5, from_m = [-8, -4], to_m = [0, 4] }", "shallow"),
+        ("borders = 'absorb'", "waves/w0.25"),
+        // With one, the cheapest that is expected to keep within it.
+        (&hump("0.9"), "waves/w0"), // one step a picture, as w1 and w0.25 take, and the least error
+        (&hump("0.08"), "waves/fourth"),
+        (&format!("foam = true\n{}", hump("0.9")), "pipes/w0"),
+        ("tolerance = 0.3\nstart = { shape = 'hump', height_m = 0.04, radius_m = 3 }", "waves/w0"),
+        ("tolerance = 0.06\nstart = { shape = 'hump', height_m = 0.1, radius_m = 3 }", "shallow"),
+    ] {
+        if chosen(text) != want {
+            wrong.push(format!("{text}: {} and not {want}", chosen(text)));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let terrain = "terrain = { heightmap = 'builtin/fjord.png', size_m = [16, 8], height_m = [-2, 3] }\n";
+    let scene = parse(&format!("{terrain}{}", LAKE.replace("model = \"waves\"\n", ""))).unwrap();
+    assert_eq!(scene.water[0].variant().name(), "wet");
+    assert_eq!(parse(&format!("{terrain}{LAKE}")).unwrap().water[0].model, Model::Waves); // asked for
+                                                                                          // Nothing has it all, or nothing is so exact.
+    let auto = LAKE.replace("waves", "auto");
+    let error = error(&format!("{auto}borders = 'absorb'\nrain = {{ mm_per_h = 1 }}"));
+    assert!(error.contains("water.0.model is left to be chosen, and none will do"), "{error}");
+    assert!(error.contains("\"shallow\" for borders: no velocity of the surface to damp"), "{error}");
+    let error = self::error(&format!("{auto}{}", hump("1e-6")));
+    assert!(error.contains("water.0.tolerance is 0.000001; allowed: at least "), "{error}");
+    assert!(
+        error.contains("which `shallow` is expected") || error.contains("which `waves/fourth` is expected"),
+        "{error}"
+    );
+}
+
+#[test]
+fn water_over_ground_starts_where_it_lies() {
+    let text = "terrain = { heightmap = 'builtin/pond.asc' }\n[[water]]\nname = 'pond'\nmodel = 'wet'\n\
+                cells = [64, 64]\ndepth_m = 1.2\n";
+    let columns = |text: &str| match parse(text).unwrap().plan().unwrap().waters.remove(0).simulation {
+        Simulation::Depth { columns, model, .. } => (columns, model),
+        other => panic!("{other:?}"),
+    };
+    let (pond, model) = columns(text);
+    assert_eq!((model.deepest_m, model.thin_m), (1.2, 1e-4));
+    // Flat at the level where the ground is below it, dry above.
+    for ((&bed, surface), depth) in pond.bed_m.iter().zip(pond.surfaces_m()).zip(pond.depths_m()) {
+        assert!(
+            depth == f64::from(-bed.min(0.0)) && surface == f64::from(bed.max(0.0)),
+            "{bed} {surface} {depth}"
+        );
+    }
+    assert!(pond.bed_m.iter().any(|&bed| bed > 0.2) && pond.bed_m.iter().any(|&bed| bed < -0.2));
+    // A block lies on dry ground as well, up to its height above the level.
+    let block = "start = { shape = 'block', height_m = 0.5, from_m = [-99, -99], to_m = [0, 99] }\n";
+    let (dammed, model) = columns(&format!("{text}{block}"));
+    assert_eq!(model.deepest_m, 1.7);
+    for (i, (&bed, depth)) in dammed.bed_m.iter().zip(dammed.depths_m()).enumerate() {
+        let surface = if i % 64 < 32 { 0.5 } else { 0.0 };
+        assert!((depth - (surface - f64::from(bed)).max(0.0)).abs() < 1e-6, "{i}: {depth} over {bed}");
+    }
+    // Deeper than the scene says is an error that says how deep.
+    let error = parse(&text.replace("1.2", "0.5")).unwrap().plan().unwrap_err().to_string();
+    assert!(error.starts_with("water `pond`: deepest_m is 0.5, and the water is "), "{error}");
+}
+
 #[test]
 fn walls_are_land_borders_have_strips_and_bodies_go_their_ways() {
     let text = format!(
@@ -397,7 +552,8 @@ fn walls_are_land_borders_have_strips_and_bodies_go_their_ways() {
     let want = |i: &usize| i % 64 == 36 || (i % 64 < 4 && i / 64 < 2);
     assert_eq!(land, (0..64 * 32).filter(want).collect::<Vec<_>>());
     let highest = plan.terrain.height_m.iter().fold(f32::MIN, |m, &h| m.max(h));
-    assert_eq!((highest, plan.terrain.height_m[0]), (1.0, -2.0));
+    let lowest = plan.terrain.height_m.iter().fold(f32::MAX, |m, &h| m.min(h));
+    assert_eq!((highest, lowest, plan.terrain.height_m[0]), (1.0, -2.0, 1.0));
     // A quarter of the shorter side: less than 32 columns.
     let borders = water.absorbing.unwrap();
     assert_eq!((borders.west, borders.east, borders.strip), (true, false, 8));
@@ -640,11 +796,25 @@ fn heights_between_samples_are_linear_and_constant_outside() {
 fn the_built_in_scenes_load_with_their_terrains() {
     assert_eq!(
         builtin::list().map(|(name, _)| name).collect::<Vec<_>>(),
-        ["fjord", "pond", "sombrero", "ripple_tank", "harbour", "dam_break", "puddles"]
+        [
+            "fjord",
+            "pond",
+            "sombrero",
+            "ripple_tank",
+            "harbour",
+            "dam_break",
+            "puddles",
+            "black_hole",
+            "binary_hole",
+            "campfire",
+            "rain",
+            "fireworks"
+        ]
     );
     for (name, title) in builtin::list() {
         let scene = builtin::load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
-        assert!(!title.is_empty() && !scene.title.is_empty() && !scene.water.is_empty());
+        assert!(!title.is_empty() && !scene.title.is_empty());
+        assert!(!scene.water.is_empty() || !scene.emitters.is_empty(), "{name}");
         let heights = scene.terrain_heights().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(heights.is_some(), scene.terrain.is_some());
         let Some(map) = heights else { continue };
@@ -655,14 +825,16 @@ fn the_built_in_scenes_load_with_their_terrains() {
             column == 0 || row == 0 || column == columns - 1 || row == rows - 1
         });
         let lowest = border.map(|i| map.height_m[i]).fold(f32::MAX, f32::min);
-        assert!(lowest > scene.water[0].level_m + 0.5, "{name} runs out at the border, {lowest} m");
+        let Some(water) = scene.water.first() else { continue };
+        assert!(lowest > water.level_m + 0.5, "{name} runs out at the border, {lowest} m");
     }
     let smaller = builtin::load("fjord", &["water.lake.cells=[64, 64]".parse().unwrap()]).unwrap();
     assert_eq!(smaller.water[0].cells, [64, 64]);
     let error = builtin::load("fiord", &[]).unwrap_err().to_string();
     assert_eq!(
         error,
-        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles"
+        "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles, \
+         black_hole, binary_hole, campfire, rain, fireworks"
     );
 }
 

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "ballistic/stored.glsl"
 
-// A frame passes: every particle is older by dt, and those that live go on to the other list. CPU twin:
-// ballistic::stored::Twin.
+// A frame passes: every particle is older by dt, and those that live go on to the other list. What ages must be in
+// the end: ballistic::cpu::age_of.
 layout(local_size_x_id = 0) in;
 layout(push_constant) uniform Push { float dt_s; float life_s; uint capacity; uint group; } p;
 layout(set = 0, binding = 0, std430) readonly buffer Before { Stored before[]; };

@@ -12,7 +12,7 @@ struct Effect {
     vec4 emitter_m;         // xyz: where it is now, without its circling (m); w: radius of the circle that it runs (m)
     vec4 emitter_mps;       // xyz: velocity (m/s); w: where on the circle it is now (turns, 0 to 1)
     float turns_per_s;      // of the emitter
-    float life_s;
+    float lives_per_s;      // 1 / life
     float interval_s;       // between births, with what rounding took from it
     float interval_low_s;
     float since_s;          // from the newest birth to now, likewise

@@ -30,7 +30,7 @@ Wide age_of_particle(uint i, out Who who) {
 bool flight_of(uint i, out Who who, out Flight f) {
     Wide age = age_of_particle(i, who);
     Birth start = birth(who, emitter_at(age));
-    f.share = age.high / effect.life_s;
+    f.share = age.high * effect.lives_per_s;
     f.down_s = -1.0;
     if (start.delay_s > 0.0) {
         age = less(age, start.delay_s);

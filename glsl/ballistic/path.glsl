@@ -18,7 +18,9 @@ Wide age_of(uint back) {
     // Two exact products of twelve bits each and what is left; the parts are of falling size, so three steps sum two.
     float i1 = uintBitsToFloat(floatBitsToUint(effect.interval_s) & 0xffffc000u);  // ten bits: `back` has 14 above 12
     precise float i2 = effect.interval_s - i1 + effect.interval_low_s;
-    float k1 = float(back & 0xfffff000u), k2 = float(back & 0xfffu);
+    // Conversions, without the unit for them, which is slow: whole numbers in the last bits of 2^35 and of 2^23.
+    precise float k1 = uintBitsToFloat(0x51000000u | (back >> 12u)) - 34359738368.0;
+    precise float k2 = uintBitsToFloat(0x4b000000u | (back & 0xfffu)) - 8388608.0;
     precise float a1 = k1 * i1, a2 = k2 * i1, rest = (k1 + k2) * i2 + effect.since_low_s;
     precise float s = a1 + a2, s_low = a2 - (s - a1);
     precise float high = s + effect.since_s, low = effect.since_s - (high - s) + (s_low + rest);

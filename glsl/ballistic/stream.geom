@@ -11,7 +11,7 @@ layout(location = 0, xfb_buffer = 0, xfb_stride = 32, xfb_offset = 0) out vec4 k
 layout(location = 1, xfb_buffer = 0, xfb_stride = 32, xfb_offset = 16) out vec4 kept_flown;
 
 void main() {
-    if (at_age[0].w >= effect.life_s) return;
+    if (at_age[0].w * effect.lives_per_s >= 1.0) return;
     kept_at_age = at_age[0];
     kept_flown = flown[0];
     EmitVertex();

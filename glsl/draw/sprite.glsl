@@ -26,6 +26,13 @@ struct Placed {
     vec4 color;     // of what was made as wide as a pixel to be seen, so much less
 };
 
+// What covers is seen by the light that falls on it, of the day and of the lamp; what adds is light.
+vec4 lit_sprite(vec4 color, vec3 at_m) {
+    if (color.a == 0.0) return color;
+    vec3 to_lamp = view.lamp_m.xyz - at_m;
+    return vec4(color.rgb * (view.daylight + 0.3 * view.lamp.rgb / (dot(to_lamp, to_lamp) + 0.5)), color.a);
+}
+
 // Distance from the plane of the eye (m): what depth is made of.
 float sprite_distance_m(vec3 at_m) { return dot(at_m - view.eye_m.xyz, view.ray_forward.xyz); }
 
@@ -67,6 +74,7 @@ Placed place(Sprite sprite, float least_px) {
         vec2 share = sprite.half_m / max(half_m, vec2(1e-30));
         placed.color = sprite.color * (share.x * share.y);
     }
+    placed.color = lit_sprite(placed.color, sprite.at_m);
     return placed;
 }
 

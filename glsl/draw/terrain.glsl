@@ -65,14 +65,18 @@ vec3 lamp_light(vec3 at_m, vec3 normal) {
     return view.lamp.rgb * max(dot(normal, to_lamp) * inversesqrt(far2 + 1e-6), 0.0) / (far2 + 0.1);
 }
 
-// Stone, or a house with plastered walls and a roof of tiles.
+// Stone, or a house with plastered walls, windows and a roof of tiles.
 vec3 built_albedo(vec3 at_m, float up, float built, float detail) {
-    float grain = detail > 0.02 ? detail * fbm(at_m.xz * 2.3 + at_m.y, 3) : 0.0;
+    vec2 face = vec2(at_m.x + at_m.z, at_m.y);  // along walls that follow the axes, and up
+    float grain = detail > 0.02 ? detail * fbm(mix(face * 1.3, at_m.xz * 2.3, up), 3) : 0.0;
     vec3 stone = vec3(0.36, 0.35, 0.33) * (1.0 + 0.35 * grain);
     float which = noise(floor(at_m.xz / 9.0) * 1.7);  // houses differ
-    vec3 plaster = mix(vec3(0.62, 0.57, 0.48), vec3(0.7, 0.68, 0.63), 0.5 + 0.5 * which) * (1.0 + 0.12 * grain);
+    vec3 plaster = mix(vec3(0.46, 0.38, 0.28), vec3(0.5, 0.47, 0.41), 0.5 + 0.5 * which) * (1.0 + 0.12 * grain);
+    vec2 window = abs(fract(face / vec2(1.8, 2.3) + vec2(0.0, 0.1)) - 0.5);
+    plaster = mix(plaster, vec3(0.05, 0.06, 0.08), step(window.x, 0.2) * step(window.y, 0.26) * step(2.4, at_m.y));
     vec3 tiles = mix(vec3(0.34, 0.13, 0.08), vec3(0.42, 0.21, 0.13), 0.5 + 0.5 * which) * (1.0 + 0.25 * grain);
-    vec3 house = mix(plaster, tiles, smoothstep(0.55, 0.8, up));
+    tiles *= 0.85 + 0.15 * smoothstep(0.1, 0.3, abs(fract(at_m.z * 1.6) - 0.5));
+    vec3 house = mix(plaster, tiles, smoothstep(0.4, 0.6, up));
     return mix(stone, house, smoothstep(0.6, 0.9, built));
 }
 

@@ -21,11 +21,12 @@ layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in s
 #include "particles/pool.glsl"
 #include "particles/layouts.glsl"
 #include "particles/birth.glsl"
+#include "particles/args.glsl"
 
 layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Emitters { Emitter emitters[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Births { EmitterState births[]; };
-// Stable, ring: how many live in each tile, and (stable) in the tiles before it. In place: a queue of free slots.
+// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: a queue of free slots.
 layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 
 const uint tile = group * items;
@@ -35,6 +36,9 @@ shared uint gone[marks];         // a bit for each slot of the tile whose partic
 shared uint gone_before[marks];  // set bits in the words before
 shared uint written;             // how many are
 shared uint base;                // where the first goes
+const uint PARTS = 32u;
+shared uint counted[group];  // living particles of tiles before this one, in parts
+shared uint parts[PARTS];
 shared uint staged[2u * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
 
@@ -47,9 +51,14 @@ Particle born_at(uint j, out float left_s) {
     return birth_of(emitters[e], births[e], j - births[e].first, left_s);
 }
 
-// Adds up the bits of `gone`, once every invocation has set its own.
+// Adds up the bits of `gone`, once every invocation has set its own, and `counted`.
 void rank_tile() {
     barrier();
+    for (uint part = gl_LocalInvocationIndex; part < PARTS; part += group) {
+        uint sum = 0u;
+        for (uint k = part; k < group; k += PARTS) sum += counted[k];
+        parts[part] = sum;
+    }
     for (uint w = gl_LocalInvocationIndex; w < marks; w += group) {
         uint before = 0u;
         for (uint k = 0u; k < marks; ++k) {
@@ -77,6 +86,12 @@ void main() {
     uint start = p.now - p.dt_ticks;
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
     if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
+
+    uint own = 0u, block = t / BLOCK;
+    if (compaction == COMPACT_STABLE) {
+        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile);
+        for (uint k = block * BLOCK + lane; k < end; k += group) own += places[counts + k];
+    }
 
     // Read all first: loads are under way together.
     Particle it[items];
@@ -121,8 +136,11 @@ void main() {
             uint at = k * group + lane;
             if (!lives[k]) atomicOr(gone[at / 32u], 1u << (at & 31u));
         }
+        counted[lane] = own;
         rank_tile();
-        to = places[uint(places.length()) / 2u + t];
+        // Survivors before the block, those of its tiles before this one, and the births among them.
+        to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
+        for (uint k = 0u; k < PARTS; ++k) to += parts[k];
         [[unroll]] for (uint k = 0u; k < items; ++k) rank[k] = rank_of(k * group + lane);
     } else {
         barrier();
@@ -180,7 +198,8 @@ void main() {
         }
     }
     if (is_ranked && gathers) {
-        uint many = written, ahead = to & 31u;  // writing starts where a line of 32 words does
+        // Writing starts where a line of 32 words does; a line is no longer than the workgroup is wide.
+        uint many = written, ahead = to & 31u;
         [[unroll]] for (uint w = 0u; w < 7u; ++w) {
             if (!has_word(w)) break;
             uint from = (w & 1u) * tile;
@@ -188,8 +207,9 @@ void main() {
                 if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
             }
             barrier();
-            for (uint j = lane; j < many + ahead; j += group) {
-                if (j >= ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
+            [[unroll]] for (uint k = 0u; k <= items; ++k) {
+                uint j = k * group + lane;
+                if (j >= ahead && j < many + ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
             }
         }
     } else {
@@ -227,9 +247,12 @@ void main() {
     barrier();
     if (lane != 0u) return;
     if (compaction == COMPACT_STABLE) {
-        uint low = min(written, tile - to % tile), high = written - low;
-        if (low > 0u) atomicAdd(places[to / tile], low - low_count);
-        if (high > 0u) atomicAdd(places[to / tile + 1u], high - high_count);
+        uint low = min(written, tile - to % tile), high = written - low, one = to / tile;
+        uint tiles = counts_of_tiles(1u - pool.turn, tile), blocks = counts_of_blocks(1u - pool.turn, tile);
+        if (low > 0u) atomicAdd(places[tiles + one], low - low_count);
+        if (high > 0u) atomicAdd(places[tiles + one + 1u], high - high_count);
+        if (low > 0u) atomicAdd(places[blocks + one / BLOCK], low - low_count);
+        if (high > 0u) atomicAdd(places[blocks + (one + 1u) / BLOCK], high - high_count);
     }
     if (compaction == COMPACT_RING) {
         uint tiles = p.capacity / tile;
@@ -238,4 +261,9 @@ void main() {
     if (aged > 0u && atomicAdd(pool.aged, aged) > 0xffffffffu - aged) atomicAdd(pool.aged_high, 1u);
     if (ended > 0u && atomicAdd(pool.ended, ended) > 0xffffffffu - ended) atomicAdd(pool.ended_high, 1u);
     if (spoiled > 0u && atomicAdd(pool.spoiled, spoiled) > 0xffffffffu - spoiled) atomicAdd(pool.spoiled_high, 1u);
+    if (compaction >= COMPACT_GROUP && compaction <= COMPACT_ATOMIC) {
+        // The last to finish tells those who read and draw how many there are.
+        memoryBarrierBuffer();
+        if (atomicAdd(pool.finished, 1u) == (all + tile - 1u) / tile - 1u) tell_readers(atomicAdd(pool.appended, 0u));
+    }
 }

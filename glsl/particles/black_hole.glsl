@@ -172,8 +172,8 @@ void symplectic(inout vec3 at, inout vec3 v, uint tick, float t_s, float h) {
 
 // LOGH for holes at rest: leapfrog in a time s with dt = ds / (kinetic energy + binding energy) for drifts and
 // ds / potential for kicks. Of one hole it follows the exact orbit; only when it is where is off, by s^2. The step is a
-// part of a radian of the eccentric anomaly, sqrt(mu a), but not above sqrt(mu r), for on hyperbolas too long a step turns
-// time back. The last step of all is shortened until it ends with the frame.
+// part of a radian of the eccentric anomaly, sqrt(mu a), even all round an ellipse, so that errors of the time cancel. On
+// hyperbolas it is not above sqrt(mu r): too long a step turns time back there. The last step of all is shortened until it ends with the frame.
 bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     float potential;
     accelerate(at, v, tick, -dt_s, potential);
@@ -181,12 +181,14 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     precise float total = 0.0;
     for (uint i = 0u; i < holes; ++i) total = total + law[i].mu_m3ps2;
     precise float a = total / max(2.0 * abs(energy), 1e-30);
+    float reach = energy < 0.0 ? 100.0 : 1.0;
     precise float t = 0.0;
     for (uint i = 0u; i < 4096u; ++i) {
         precise float left = dt_s - t;
         if (left <= 2e-6 * dt_s) break;
         precise float kinetic = 0.5 * dot3(v, v) - energy;
-        precise float s = sqrt(total * min(a, total / max(kinetic, 1e-30))) / float(substeps);
+        precise float r = reach * (total / max(kinetic, 1e-30));
+        precise float s = sqrt(total * min(a, r)) / float(substeps);
         precise vec3 at1, v1;
         precise float took = 0.0;
         for (uint round = 0u; round < 6u; ++round) {
@@ -210,9 +212,7 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
         v = v1;
         t = t + took;
     }
-    precise vec3 landed = at + (dt_s - t) * v;
-    at = landed;
-    return true;
+    return true;  // within a part in 10^6 of the frame: a drift over the rest would leave the orbit
 }
 
 // KEPLER: in closed form, as seen from the hole.
@@ -229,9 +229,17 @@ bool advance_kepler(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
     }
     vec3 to_at, to_w;
     fly(flight, within_period(flight, q), d, w, to_at, to_w);
-    precise vec3 new_v = v + root * to_w;
+    precise vec3 new_d = d + to_at;
+    precise vec3 new_w = w + to_w;
     precise vec3 new_at = at + to_at;
+    precise vec3 new_v = v + root * to_w;
     if (moves()) new_at = new_at + dt_s * law[0].velocity_mps;
+    if (is_narrow(flight.alpha, new_d, to_at)) {
+        hold_energy(flight.alpha, new_d, new_w);
+        new_at = centre_of(0u, tick, 0.0) + new_d;
+        new_v = root * new_w;
+        if (moves()) new_v = new_v + law[0].velocity_mps;
+    }
     at = new_at;
     v = new_v;
     return true;

@@ -15,11 +15,11 @@ layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { DragLaw law
 
 // (1 - exp(-x)) / x and (x - 1 + exp(-x)) / x^2.
 vec2 faded(float x) {
-    if (x < 0.5) {  // Taylor, below 1e-8 relative
-        precise float first = 1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 +
-            x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
-        precise float second = 1.0 / 2.0 + x * (-1.0 / 6.0 + x * (1.0 / 24.0 + x * (-1.0 / 120.0 + x * (1.0 / 720.0 +
-            x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362880.0)))))));
+    if (x < 0.25) {  // Taylor; what is left out is below 5e-8
+        precise float first =
+            1.0 + x * (-0.5 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 + x * (-1.0 / 720.0)))));
+        precise float second =
+            0.5 + x * (-1.0 / 6.0 + x * (1.0 / 24.0 + x * (-1.0 / 120.0 + x * (1.0 / 720.0 + x * (-1.0 / 5040.0)))));
         return vec2(first, second);
     }
     float first = (1.0 - exp(-x)) / x;

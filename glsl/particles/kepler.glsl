@@ -170,6 +170,28 @@ void fly(Flight f, float q, vec3 at, vec3 w, out vec3 to_at, out vec3 to_w) {
     to_w = more_w;
 }
 
+// Whether a flight by `to_at` to a place `at` rounds the energy by more than a step usually does: the flight is long for
+// where it ends, or ends so deep that energies are far above that of the orbit.
+bool is_narrow(float alpha, vec3 at, vec3 to_at) {
+    float r2 = dot3(at, at);
+    precise float deep = r2 * (16.0 * alpha * alpha);
+    precise float far = 4.0 * dot3(to_at, to_at);
+    return deep < 1.0 || r2 < far;
+}
+
+// Takes away what rounding has added to the energy: both place and speed are scaled, along its gradient, so that little
+// is asked of either.
+void hold_energy(float alpha, inout vec3 at, inout vec3 w) {
+    precise float well = 1.0 / sqrt(dot3(at, at));
+    float w2 = dot3(w, w);
+    precise float excess = (0.5 * w2 - well) + 0.5 * alpha;
+    precise float part = excess / (well * well + w2 * w2);
+    precise vec3 held_at = at - (part * well) * at;
+    precise vec3 held_w = w - (part * w2) * w;
+    at = held_at;
+    w = held_w;
+}
+
 // The part of q beyond whole periods, from minus half of one to half.
 float within_period(Flight f, float q) {
     if (f.alpha <= 0.0) return q;

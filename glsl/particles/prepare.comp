@@ -14,12 +14,10 @@ layout(local_size_x_id = 0) in;
 
 layout(set = 0, binding = 1, std430) readonly buffer Emitters { Emitter emitters[]; };
 layout(set = 0, binding = 2, std430) buffer Births { EmitterState births[]; };
-// Stable, ring: how many live in each tile, then (stable) how many live in the tiles before it.
+// Stable, ring: how many live in each tile, and (stable) in blocks of tiles.
 layout(set = 0, binding = 3, std430) buffer Places { uint places[]; };
 
 layout(constant_id = 2) const uint tile = 1024u;  // slots that a workgroup of the advance takes
-
-const uint SPAN = 16u;  // tiles that an invocation adds up at a time
 
 shared uint drawn[256];
 shared uint lead;
@@ -103,30 +101,27 @@ void main() {
     uint room = p.capacity - (compaction == COMPACT_RING ? sources : alive);
     uint taken_in = min(all, room);
 
-    if (compaction == COMPACT_STABLE) {  // where the survivors of each tile go
-        uint tiles = (sources + taken_in + tile - 1u) / tile, carried = 0u;
-        uint most = uint(places.length()) / 2u;
-        for (uint base = 0u; base < tiles; base += SPAN * lanes) {
-            uint living[SPAN], sum = 0u;
-            for (uint k = 0u; k < SPAN; ++k) {
-                uint t = base + lane * SPAN + k;
-                living[k] = 0u;
-                if (t < tiles) {
-                    uint start = t * tile, end = start + tile;
-                    uint born_here = clamp(end, sources, sources + taken_in) - clamp(start, sources, sources + taken_in);
-                    living[k] = places[t] + born_here;
-                    places[t] = 0u;  // to be counted by the advance
-                }
-                sum += living[k];
+    uint turn = 1u - pool.turn;  // the half that the last step counted in
+    if (compaction == COMPACT_STABLE) {
+        // How many survive, or are born, before each block of tiles; the advance adds up the tiles of its own.
+        uint all_in = sources + taken_in, span = BLOCK * tile, carried = 0u;
+        uint living_blocks = (sources + span - 1u) / span, blocks = (all_in + span - 1u) / span;
+        for (uint base = 0u; base < blocks; base += lanes) {
+            uint block = base + lane, count = 0u;
+            if (block < living_blocks) count = places[counts_of_blocks(turn, tile) + block];
+            if (block < blocks) {
+                count += clamp((block + 1u) * span, sources, all_in) - clamp(block * span, sources, all_in);
             }
             uint total;
-            uint to = carried + group_exclusive(sum, total);
-            for (uint k = 0u; k < SPAN; ++k) {
-                uint t = base + lane * SPAN + k;
-                if (t < tiles) places[most + t] = to;
-                to += living[k];
-            }
+            uint to = carried + group_exclusive(count, total);
+            if (block < blocks) places[before_blocks(tile) + block] = to;
             carried += total;
+        }
+        // The other half, as far as this step will count in it.
+        uint counted = alive + taken_in, tiles = (counted + tile - 1u) / tile;
+        for (uint t = lane; t < tiles; t += lanes) places[counts_of_tiles(1u - turn, tile) + t] = 0u;
+        for (uint block = lane; block * BLOCK < tiles; block += lanes) {
+            places[counts_of_blocks(1u - turn, tile) + block] = 0u;
         }
     }
     if (lane != 0u) return;
@@ -139,6 +134,8 @@ void main() {
     pool.sources = sources;
     pool.births = taken_in;
     pool.appended = 0u;
+    pool.finished = 0u;
+    if (compaction == COMPACT_STABLE) pool.turn = turn;
     pool.capacity = p.capacity;
     pool.stride = p.stride;
     pool.now = p.now;

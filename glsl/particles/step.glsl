@@ -48,4 +48,14 @@ const uint COMPACT_ATOMIC = 3u;    // one atomic a particle, as the book
 const uint COMPACT_IN_PLACE = 4u;  // nobody moves; births fill free slots
 const uint COMPACT_RING = 5u;      // nobody moves; births go to the end, and the beginning is freed
 
+// Where the counts of a stable pool lie in `places`: living particles of each tile and of each block of tiles, in two
+// halves by turns, then how many live in all blocks before each.
+const uint BLOCK = 256u;  // tiles
+
+uint most_tiles(uint tile) { return (2u * p.capacity + tile - 1u) / tile; }
+uint most_blocks(uint tile) { return (most_tiles(tile) + BLOCK - 1u) / BLOCK; }
+uint counts_of_tiles(uint turn, uint tile) { return turn * (most_tiles(tile) + most_blocks(tile)); }
+uint counts_of_blocks(uint turn, uint tile) { return counts_of_tiles(turn, tile) + most_tiles(tile); }
+uint before_blocks(uint tile) { return counts_of_tiles(2u, tile); }
+
 layout(constant_id = 1) const uint compaction = COMPACT_STABLE;

@@ -37,3 +37,15 @@ float slope_of(float surface_a, float surface_b, float bed_a, float bed_b) {
     precise float rounding = (1.5 / 8388608.0) * max(surface_a, surface_b);
     return max(bed_a, bed_b) <= 0.0 || abs(slope) > rounding ? slope : 0.0;
 }
+
+// The same of four columns.
+vec4 depth_of(vec4 bed, vec4 rise) {
+    return vec4(depth_of(bed.x, rise.x), depth_of(bed.y, rise.y), depth_of(bed.z, rise.z), depth_of(bed.w, rise.w));
+}
+vec4 surface_of(vec4 bed, vec4 rise) {
+    return vec4(surface_of(bed.x, rise.x), surface_of(bed.y, rise.y), surface_of(bed.z, rise.z), surface_of(bed.w, rise.w));
+}
+vec4 slope_of(vec4 surface_a, vec4 surface_b, vec4 bed_a, vec4 bed_b) {
+    return vec4(slope_of(surface_a.x, surface_b.x, bed_a.x, bed_b.x), slope_of(surface_a.y, surface_b.y, bed_a.y, bed_b.y),
+                slope_of(surface_a.z, surface_b.z, bed_a.z, bed_b.z), slope_of(surface_a.w, surface_b.w, bed_a.w, bed_b.w));
+}

@@ -24,3 +24,20 @@ float limited(float flow, float share_a, float share_b) {
     precise float limited = flow * (flow > 0.0 ? share_a : share_b);
     return limited;
 }
+
+// The same of four columns.
+vec4 in_whole_units(vec4 moved, vec4 rise_a, vec4 rise_b) {
+    vec4 size = max(abs(rise_a), abs(rise_b));
+    precise vec4 whole = (moved + size) - size;
+    return whole;
+}
+
+vec4 share(vec4 depth, vec4 west, vec4 east, vec4 north, vec4 south) {
+    return vec4(share(depth.x, west.x, east.x, north.x, south.x), share(depth.y, west.y, east.y, north.y, south.y),
+                share(depth.z, west.z, east.z, north.z, south.z), share(depth.w, west.w, east.w, north.w, south.w));
+}
+
+vec4 limited(vec4 flow, vec4 share_a, vec4 share_b) {
+    precise vec4 limited = flow * mix(share_b, share_a, greaterThan(flow, vec4(0.0)));
+    return limited;
+}

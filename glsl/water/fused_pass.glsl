@@ -9,7 +9,7 @@
 // A column costs 10 1/4 flops a step (2 1/4 bend, 1 rise, 1 bend across, 3 sum, 2 + 1 advance), 1 access of shared
 // memory, and the bends of the rows above and below once more for `ROWS` rows.
 // Beyond the grid, a tile holds mirror images of the water, which move as the water does, so walls cost nothing. Where there
-// may be land, there is land beyond the grid; only tiles that have some look for shores.
+// may be land, there is land beyond the grid; only tiles that have some in reach look for shores.
 #extension GL_EXT_control_flow_attributes : require
 #include "water/storage.glsl"
 #include "water/water.glsl"
@@ -22,6 +22,7 @@ layout(constant_id = 4) const uint STEPS = 6u;     // most steps a dispatch: row
 layout(constant_id = 5) const uint BUFFERS = 1u;   // 2: one barrier a step and twice the shared memory
 layout(constant_id = 6) const bool has_land = false;
 layout(constant_id = 7) const bool drops = false;  // walls drop diagonal pipes; with land they are shores instead
+layout(constant_id = 8) const bool has_shores = false;  // the tiles of this dispatch have land in reach
 
 layout(set = 0, binding = 0, std430) readonly buffer Height { FOUR height_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Velocity { FOUR velocity_mps[]; };
@@ -37,7 +38,7 @@ shared float first[BUFFERS * LANES * ROWS];  // height of the first of four colu
 shared float last[BUFFERS * LANES * ROWS];
 shared vec4 ends[BUFFERS * LANES * 2u];      // top and bottom row of each invocation
 
-shared uint shores;                          // 1: the tile has land, and its shores are looked for
+#include "water/tiles.glsl"
 
 // Column or row of which `i` is an image, when walls are mirrors: 0 1 2 | 2 1 0 | 0 1 2.
 uint image_of(int i, uint n) {
@@ -62,7 +63,9 @@ void main() {
     const uvec2 lane = gl_LocalInvocationID.xy;
     const uint halo = (STEPS + 3u) / 4u;  // in fours of columns
     const ivec2 inner = ivec2(wide - 2u * halo, high * ROWS - 2u * STEPS);
-    const ivec2 corner = ivec2(gl_WorkGroupID.xy) * inner - ivec2(halo, STEPS);
+    const uvec2 tile = tile_of_group();
+    if (tile.x == NONE) return;
+    const ivec2 corner = ivec2(tile) * inner - ivec2(halo, STEPS);
     const int q = corner.x + int(lane.x), y0 = corner.y + int(lane.y * ROWS);
     const int fours = int(p.pitch >> 2u);
 
@@ -78,18 +81,9 @@ void main() {
     } else {
         [[unroll]] for (uint k = 0u; k < ROWS; ++k) load_beyond(4 * q, y0 + int(k), h[k], v[k]);
     }
-    bool has_shores = false;
-    if (has_land) {
-        if (gl_LocalInvocationIndex == 0u) shores = 0u;
-        barrier();
-        bool sees_land = false;
-        [[unroll]] for (uint k = 0u; k < ROWS; ++k) {
-            sees_land = sees_land || any(equal(h[k], vec4(LAND_M)));
-            v[k] = still_on_land(h[k], v[k]);
-        }
-        if (sees_land) atomicOr(shores, 1u);
-        barrier();
-        has_shores = shores == 1u;
+
+    if (has_shores) {
+        [[unroll]] for (uint k = 0u; k < ROWS; ++k) v[k] = still_on_land(h[k], v[k]);
     }
 
     bool folded = p.folded == 1u;
@@ -131,7 +125,9 @@ void main() {
                 if ((walls >> k & 2u) == 2u) under = vec4(0.0);
             }
             vec4 pull = pull_of(over, bend, under, up, down, p.diagonal, upright);
-            if (has_shores) pull = at_shores(pull, n, c, s, p.diagonal, folded);
+            if (has_shores) {
+                if (is_at_shore(pull)) pull = at_shores(pull, n, c, s, p.diagonal, folded);
+            }
             advance(h[k], v[k], pull, p);
             n = c;
             c = s;

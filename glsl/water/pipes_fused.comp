@@ -17,6 +17,7 @@ layout(constant_id = 4) const uint STEPS = 4u;    // most steps a dispatch: rows
 layout(constant_id = 5) const uint BUFFERS = 1u;  // 2: one barrier a step and twice the shared memory
 layout(constant_id = 6) const bool has_land = false;
 layout(constant_id = 7) const bool has_diagonals = true;
+layout(constant_id = 8) const bool has_shores = false;  // the tiles of this dispatch have land in reach
 
 layout(set = 0, binding = 0, std430) readonly buffer Height { vec4 height_m[]; };
 layout(set = 0, binding = 1, std430) readonly buffer Flow { vec4 flow_mps[]; };
@@ -32,7 +33,7 @@ shared float first[BUFFERS * LANES * ROWS];  // height of the first of four colu
 shared float last[BUFFERS * LANES * ROWS];
 shared vec4 ends[BUFFERS * LANES * 2u];      // top and bottom row of each invocation
 
-shared uint shores;                          // 1: the tile has land, and pulls are those beside land
+#include "water/tiles.glsl"
 
 vec4 height_at(int q, int y) {
     vec4 h = vec4(0.0);
@@ -70,7 +71,9 @@ void main() {
     const uvec2 lane = gl_LocalInvocationID.xy;
     const uint halo = (STEPS + 3u) / 4u;  // in fours of columns
     const ivec2 inner = ivec2(wide - 2u * halo, high * ROWS - 2u * STEPS);
-    const ivec2 corner = ivec2(gl_WorkGroupID.xy) * inner - ivec2(halo, STEPS);
+    const uvec2 tile = tile_of_group();
+    if (tile.x == NONE) return;
+    const ivec2 corner = ivec2(tile) * inner - ivec2(halo, STEPS);
     const int q = corner.x + int(lane.x), y0 = corner.y + int(lane.y * ROWS);
 
     vec4 h[ROWS];
@@ -84,16 +87,6 @@ void main() {
     }
     down[ROWS] = down_at(q, y0 + int(ROWS) - 1);
     Pulls pulls = pulls_of(4 * q, p);
-    bool has_shores = false;
-    if (has_land) {
-        if (gl_LocalInvocationIndex == 0u) shores = 0u;
-        barrier();
-        bool sees_land = false;
-        [[unroll]] for (uint k = 0u; k < ROWS; ++k) sees_land = sees_land || any(equal(h[k], vec4(LAND_M)));
-        if (sees_land) atomicOr(shores, 1u);
-        barrier();
-        has_shores = shores == 1u;
-    }
 
     // At the edges of the tile anything finite will do: a lane's own.
     const uint at = lane.y * ROWS * wide + lane.x, at_end = 2u * lane.y * wide + lane.x;

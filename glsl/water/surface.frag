@@ -13,7 +13,7 @@ layout(location = 2) in vec3 flow;  // speed along x and z (m/s), and share of w
 layout(location = 0) out vec4 color;
 
 const vec3 ABSORPTION = vec3(0.62, 0.16, 0.13);  // (1/m)
-const float THIN_M = 0.006;  // a film below this depth mirrors less, and ends without an edge (m)
+const float THIN_M = 0.015;  // a film below this depth mirrors less, and ends without an edge (m)
 const vec3 SCATTERED = vec3(0.006, 0.036, 0.042);
 
 // Slopes of wind ripples that run both ways across each other, fading where a pixel covers many.
@@ -25,19 +25,26 @@ vec2 ripples(vec2 xz, float far) {
 }
 
 vec3 mirrored(vec3 from_m, vec3 dir) {
-    vec3 sky = clouded_sky(dir);
-    float far = 0.6;
-    for (int i = 0; i < 22; ++i) {
+    float cell_m = min(p.size_m.x / float(p.cells.x), 0.25), far = 2.4 * cell_m, before = 0.0;
+    for (int i = 0; i < 26; ++i) {
         vec3 at = from_m + far * dir;
         if (any(greaterThan(abs(at.xz), 0.5 * view.terrain_size_m))) break;
         float ground = terrain_height(at.xz);
         if (ground > at.y) {
+            for (int k = 0; k < 4; ++k) {  // where between the last two steps
+                float mid = 0.5 * (before + far);
+                bool is_under = terrain_height(from_m.xz + mid * dir.xz) > from_m.y + mid * dir.y;
+                if (is_under) far = mid;
+                else before = mid;
+            }
+            at = from_m + far * dir;
             vec3 n = terrain_normal(ivec2(terrain_grid(at.xz) + 0.5));
-            return with_haze(terrain_lit(vec3(at.x, ground, at.z), n, terrain_light(at.xz), 0.0), at - from_m);
+            return with_haze(terrain_lit(at, n, terrain_light(at.xz), 0.0), at - from_m);
         }
-        far += max(0.55 * (at.y - ground), 0.06 * far + 0.2);
+        before = far;
+        far += max(0.55 * (at.y - ground), 0.06 * far + 0.8 * cell_m);
     }
-    return sky;
+    return clouded_sky(dir);
 }
 
 // Ground below the surface, in the light that reaches it. Bent water gathers the sun to caustics: a lens of curvature
@@ -54,6 +61,7 @@ vec3 through(vec3 dir, float depth_m) {
     float sunlight = depth_m / max(view.to_sun.y, 0.3);
     float detail = exp(-length(ground - view.eye_m.xyz) / 120.0);
     vec3 lit = terrain_lit(ground, n, terrain_light(ground.xz), detail) * lens;
+    lit *= 1.0 - 0.5 * smoothstep(0.0005, 0.01, depth_m) * smoothstep(0.0, 0.3, ground.y);  // soaked; shores are so already
     vec3 clear = exp(-ABSORPTION * (way + sunlight));
     return lit * clear + SCATTERED * SUN_LIGHT * (1.0 - exp(-ABSORPTION.g * 2.0 * way));
 }
@@ -97,9 +105,11 @@ void main() {
         float bubbles = smoothstep(-0.1, 0.45, fbm(at_m.xz * 7.0 + 0.2 * view.eye_m.w, 3) + 0.35 * edge);
         water = mix(water, foam, 0.55 * edge * bubbles);
     }
-    if (flow.z > 0.0) {
-        float bubbles = smoothstep(0.35, -0.45, drifting(at_m.xz, 1.7) + 0.9 * (0.55 - flow.z));
-        water = mix(water, foam, 0.9 * bubbles * smoothstep(0.0, 0.3, flow.z));
+    if (flow.z > 0.0) {  // air in the water makes it milky; bubbles come up in patches
+        vec3 milky = vec3(0.2, 0.27, 0.26) * (SUN_LIGHT * arrives.x * max(view.to_sun.y, 0.0) + SKY_LIGHT * arrives.y);
+        water = mix(water, milky, 0.55 * flow.z * smoothstep(0.0, 0.25, depth_m));
+        float patches = drifting(at_m.xz, 1.1) + 0.6 * drifting(at_m.xz, 4.3);
+        water = mix(water, foam, 0.85 * smoothstep(0.05, 0.75, patches + 1.1 * flow.z - 0.45));
     }
     color = vec4(with_haze(water, from_eye) * view.daylight, 1.0);
 }

@@ -33,7 +33,7 @@ vec2 column_centre_m(uvec2 c) { return ((vec2(c) + 0.5) / vec2(p.cells) - 0.5) *
 // Share of white water. It breaks where it outruns its own waves, and where it rises so fast that a bore comes in.
 float white_share(vec2 speed_mps, float rising_mps, float depth_m) {
     float waves_mps = sqrt(9.81 * max(depth_m, 0.01)), fast = length(speed_mps);
-    float torrent = smoothstep(0.7, 1.5, fast / waves_mps) * smoothstep(0.5 * p.white_mps, 1.5 * p.white_mps, fast);
-    float bore = smoothstep(0.05, 0.25, rising_mps / waves_mps) * smoothstep(0.2 * p.white_mps, 0.6 * p.white_mps, rising_mps);
+    float torrent = smoothstep(1.0, 2.4, fast / waves_mps) * smoothstep(p.white_mps, 3.0 * p.white_mps, fast);
+    float bore = smoothstep(0.08, 0.4, rising_mps / waves_mps) * smoothstep(0.2 * p.white_mps, 0.8 * p.white_mps, rising_mps);
     return max(torrent, bore) * smoothstep(0.005, 0.05, depth_m);
 }

@@ -75,10 +75,13 @@ vec3 around(Row r, int k) {
     return vec3(k == 0 ? r.west : r.mid[max(k - 1, 0)], r.mid[k], k == 3 ? r.east : r.mid[min(k + 1, 3)]);
 }
 
+bool is_at_shore(vec4 pull) {
+    vec4 size = abs(pull);
+    return max(max(size.x, size.y), max(size.z, size.w)) > SHORE;
+}
+
 // Corrects the columns of `pull` that are beside land or land.
 vec4 at_shores(vec4 pull, Row n, Row c, Row s, float diagonal, bool folded) {
-    vec4 size = abs(pull);
-    if (max(max(size.x, size.y), max(size.z, size.w)) <= SHORE) return pull;  // mostly there is none
     for (int k = 0; k < 4; ++k) {
         if (pull[k] > SHORE) pull[k] = 0.0;
         if (pull[k] < -SHORE) pull[k] = pull_beside_land(around(n, k), around(c, k), around(s, k), diagonal, folded);

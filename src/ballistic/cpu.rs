@@ -334,7 +334,7 @@ pub fn flight(effect: Builtin, p: &Params, ground: Option<&super::Ground<'_>>, i
     let (who, back) = who(p, i);
     let mut age = age_of(p, back);
     let start = birth(effect, p, who, emitter_at(p, age));
-    let share = age.high / p.life_s;
+    let share = age.high * p.lives_per_s;
     if start.delay_s > 0.0 {
         let later = age.high - start.delay_s;
         let low = (age.high - later) - start.delay_s + age.low;

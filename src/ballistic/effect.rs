@@ -84,8 +84,8 @@ pub struct Params {
     pub emitter_mps: Vec4,
     /// Of the emitter.
     pub turns_per_s: f32,
-    /// (s).
-    pub life_s: f32,
+    /// 1 / life (1/s).
+    pub lives_per_s: f32,
     /// Between births (s).
     pub interval_s: f32,
     /// What rounding took from it (s).
@@ -154,7 +154,7 @@ impl Effect {
             emitter_m: at_m.as_vec3().extend(self.emitter.circle_m),
             emitter_mps: self.emitter.velocity_mps.extend(turns as f32),
             turns_per_s: self.emitter.turns_per_s as f32,
-            life_s: self.life_s as f32,
+            lives_per_s: (1.0 / self.life_s) as f32,
             interval_s,
             interval_low_s,
             since_s,

@@ -8,10 +8,15 @@
 //! [`stream`] is that list written by transform feedback, where a device has it.
 //!
 //! An effect is one GLSL file: numbers in its first comment ([`Effect::parse`]), `birth` and `look` below it.
-#![doc = ""]
-//! | kernel             | reads            | writes              | CPU twin        |
-//! | ------------------ | ---------------- | ------------------- | --------------- |
-//! | `ballistic.EFFECT` | ground, if any   | vertices            | [`cpu::flight`] |
+//!
+//! | kernel                 | reads                    | writes          | CPU twin           |
+//! | ---------------------- | ------------------------ | --------------- | ------------------ |
+//! | `ballistic.EFFECT`     | ground, if any           | vertices        | [`cpu::flight`]    |
+//! | `ballistic.age`        | list, counter            | list, counter   | [`cpu::age_of`]    |
+//! | `ballistic.fire_emit`  |                          | list, counter   | [`cpu::birth`]     |
+//! | `ballistic.count`      | counters                 | counters        |                    |
+//! | `ballistic.stream`     | list                     | list            | [`cpu::age_of`]    |
+//! | `ballistic.fall`       | falls                    | times           | [`cpu::fall_time`] |
 //!
 //! Left out: collisions among particles and with meshes, and forces that depend on the place: those need a state, and
 //! steps.

@@ -63,11 +63,13 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
                 short(row.bytes_per_item),
                 short(row.fraction_of_copy),
                 format!("{:.4}", row.median_ms),
+                row.ms_per_sim_second.map_or_else(String::new, short),
                 row.runs.to_string(),
             ]
         })
         .collect();
-    let headers = ["variant", "size", "rate", "unit", "bytes/item", "of copy", "median ms", "runs"];
+    let headers =
+        ["variant", "size", "rate", "unit", "bytes/item", "of copy", "median ms", "ms/sim s", "runs"];
     print(&table(&headers, &rows));
     for skipped in &results.skipped {
         print(&format!("skipped: {} {}: {}", skipped.variant, skipped.size, skipped.reason));

@@ -5,8 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, percent, percent_expected, EmitterPlan, Override, Scene, SceneError, Verdict, WaterPlan,
-        WaterScene,
+        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, Override, Scene,
+        SceneError, Verdict, WaterPlan, WaterScene,
     },
     study::shapes::table,
 };
@@ -118,13 +118,41 @@ fn verdicts(water: &WaterScene) -> Vec<Vec<String>> {
 pub struct CheckArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Choose again with what variants cost on a device: a study.json that `whitecap study` wrote there
+    #[arg(long, value_name = "FILE")]
+    study: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
+/// A line for each water whose choice the costs of a device may change.
+fn refined(measured: &Measured, scene: &Scene) -> Vec<String> {
+    let line = |it: &Refined| {
+        let verdict = if it.is_taken { "as taken" } else { "instead of what is taken" };
+        let unmeasured = match it.unmeasured.is_empty() {
+            true => String::new(),
+            false => format!("; not in the study: {}", it.unmeasured.join(", ")),
+        };
+        format!(
+            "water `{}` on {}: `{}`, {verdict}, {} ns a column and second, {} % expected{unmeasured}",
+            it.water,
+            measured.device,
+            it.variant,
+            short(it.ns_per_column_second),
+            percent_expected(it.expected_error)
+        )
+    };
+    let lines: Vec<_> = measured.refine(scene).iter().map(line).collect();
+    if lines.is_empty() {
+        return vec!["no water has a tolerance, so that there is nothing to choose by cost".into()];
+    }
+    lines
+}
+
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
+    let measured = args.study.as_deref().map(Measured::read).transpose()?;
     let plan = scene.plan()?;
     if args.json {
         let water = |(water, of): (&WaterPlan, &WaterScene)| {
@@ -141,10 +169,14 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
         let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
-        return print_json(&json!({
+        let mut all = json!({
             "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
-        }));
+        });
+        if let Some(measured) = measured {
+            all["refined"] = json!({"device": measured.device, "waters": measured.refine(&scene)});
+        }
+        return print_json(&all);
     }
     let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
     print(&format!("{title}: {} pictures of {:?}\n", scene.output.frames, scene.output.size));
@@ -162,6 +194,10 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             water.reason
         ));
         print(&table(&["variant", "error, %", "model", "grid", "ns", "verdict"], &verdicts(of)));
+    }
+    if let Some(measured) = &measured {
+        refined(measured, &scene).iter().for_each(|line| print(line));
+        print("");
     }
     for emitter in &plan.emitters {
         print(&format!(

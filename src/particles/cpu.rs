@@ -211,20 +211,12 @@ pub fn drag_exactly(law: &Drag, at_m: DVec3, velocity_mps: DVec3, t_s: f64) -> (
 
 /// Twin of `faded`: `(1 - exp(-x)) / x` and `(x - 1 + exp(-x)) / x^2`.
 fn faded(x: f32) -> [f32; 2] {
-    if x < 0.5 {
-        let first = 1.0
-            + x * (-1.0 / 2.0
-                + x * (1.0 / 6.0
-                    + x * (-1.0 / 24.0
-                        + x * (1.0 / 120.0
-                            + x * (-1.0 / 720.0 + x * (1.0 / 5040.0 + x * (-1.0 / 40320.0)))))));
-        let second = 1.0 / 2.0
-            + x * (-1.0 / 6.0
-                + x * (1.0 / 24.0
-                    + x * (-1.0 / 120.0
-                        + x * (1.0 / 720.0
-                            + x * (-1.0 / 5040.0 + x * (1.0 / 40320.0 + x * (-1.0 / 362_880.0)))))));
-        return [first, second];
+    let series = |terms: [f32; 6]| terms.into_iter().reduce(|sum, term| term + x * sum).unwrap_or(0.0);
+    if x < 0.25 {
+        return [
+            series([-1.0 / 720.0, 1.0 / 120.0, -1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0]),
+            series([-1.0 / 5040.0, 1.0 / 720.0, -1.0 / 120.0, 1.0 / 24.0, -1.0 / 6.0, 0.5]),
+        ];
     }
     let first = (1.0 - (-x).exp()) / x;
     [first, (1.0 - first) / x]

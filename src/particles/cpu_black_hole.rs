@@ -4,7 +4,7 @@
 
 use super::{
     black_hole::{BlackHole, Hole, Integrator},
-    kepler::{add, cross2, dot, fly, sub, times, Flight, Real, Triple},
+    kepler::{add, cross2, dot, fly, hold_energy, is_narrow, sub, times, Flight, Real, Triple},
 };
 
 /// A particle as the law sees it.
@@ -152,6 +152,7 @@ impl<T: Real> Law<T> {
         let energy = c(0.5) * dot(*v, *v) - potential;
         let total = self.law.holes.iter().fold(c(0.0), |sum, hole| sum + c(f64::from(hole.mu_m3ps2)));
         let a = total / (c(2.0) * energy.size()).most(tiny);
+        let reach = c(if energy < c(0.0) { 100.0 } else { 1.0 });
         let mut t = c(0.0);
         for _ in 0..4096 {
             let left = dt_s - t;
@@ -160,7 +161,8 @@ impl<T: Real> Law<T> {
             }
             let kinetic = c(0.5) * dot(*v, *v) - energy;
             let per_radian = c(f64::from(self.law.substeps));
-            let mut s = (total * a.least(total / kinetic.most(tiny))).root() / per_radian;
+            let r = reach * (total / kinetic.most(tiny));
+            let mut s = (total * a.least(r)).root() / per_radian;
             let (mut at1, mut v1, mut took) = (*at, *v, c(0.0));
             for round in 0..6 {
                 let before = c(0.5) * s / kinetic.most(tiny);
@@ -181,7 +183,6 @@ impl<T: Real> Law<T> {
             (*at, *v) = (at1, v1);
             t = t + took;
         }
-        *at = add(*at, times(dt_s - t, *v));
         None
     }
 
@@ -198,10 +199,19 @@ impl<T: Real> Law<T> {
             return Some(crossing / root);
         }
         let (to_at, to_w) = fly(&flight, flight.within_period(q), d, w);
-        *v = add(*v, times(root, to_w));
+        let (new_d, new_w) = (add(d, to_at), add(w, to_w));
         *at = add(*at, to_at);
+        *v = add(*v, times(root, to_w));
         if self.is_moving {
             *at = add(*at, times(dt_s, speed));
+        }
+        if is_narrow(flight.alpha, new_d, to_at) {
+            let (held_d, held_w) = hold_energy(flight.alpha, new_d, new_w);
+            *at = add(self.centre(hole, step.tick, T::of(0.0)), held_d);
+            *v = times(root, held_w);
+            if self.is_moving {
+                *v = add(*v, speed);
+            }
         }
         None
     }

@@ -289,6 +289,22 @@ pub fn fly<T: Real>(flight: &Flight<T>, q: T, at: Triple<T>, w: Triple<T>) -> (T
     (to_at, to_w)
 }
 
+/// Whether a flight by `to_at` to a place `at` rounds the energy by more than a step usually does: the flight is long for
+/// where it ends, or ends so deep that energies are far above that of the orbit.
+pub fn is_narrow<T: Real>(alpha: T, at: Triple<T>, to_at: Triple<T>) -> bool {
+    let r2 = dot(at, at);
+    r2 * (T::of(16.0) * alpha * alpha) < T::of(1.0) || r2 < T::of(4.0) * dot(to_at, to_at)
+}
+
+/// Takes away what rounding has added to the energy: place and speed are scaled, along its gradient.
+pub fn hold_energy<T: Real>(alpha: T, at: Triple<T>, w: Triple<T>) -> (Triple<T>, Triple<T>) {
+    let well = T::of(1.0) / dot(at, at).root();
+    let w2 = dot(w, w);
+    let excess = (T::of(0.5) * w2 - well) + T::of(0.5) * alpha;
+    let part = excess / (well * well + w2 * w2);
+    (sub(at, times(part * well, at)), sub(w, times(part * w2, w)))
+}
+
 /// Squared length of `a x b`.
 pub(super) fn cross2<T: Real>(a: Triple<T>, b: Triple<T>) -> T {
     let h = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -298,68 +314,87 @@ pub(super) fn cross2<T: Real>(a: Triple<T>, b: Triple<T>) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::particles::oracle::Orbit;
+    use crate::{particles::oracle::Orbit, random};
     use glam::{dvec3, DVec3};
 
     #[test]
     fn single_precision_flies_as_the_oracle_does() {
-        let mu = 1e4f64;
-        for population in 0..3 {
-            let (mut errors, mut evaluations, mut most, mut time_errors, mut wrong) =
-                (Vec::new(), 0, 0, Vec::new(), 0);
-            for i in 0..40_000u32 {
-                let [u, v, w, s] =
-                    crate::random::units(crate::random::bits(5, population, i, 0)).map(f64::from);
-                let [a, b, c, _] = crate::random::units(crate::random::bits(5, 10 + population, i, 0));
-                let way = crate::random::direction_of([a, b]).as_dvec3();
-                let place = crate::random::direction_of([v as f32, w as f32]).as_dvec3();
-                let (at, velocity, t): (DVec3, DVec3, f64) = match population {
-                    0 => (dvec3(-100.0, 10.0, 0.0), way * 5.0, 10.0 * u),
-                    1 => {
-                        let at = (5.0 + 95.0 * u) * place;
-                        (at, way * s * 1.5 * (2.0 * mu / at.length()).sqrt(), 10.0 * f64::from(c))
-                    }
-                    _ => {
-                        let at = (5.0 + 55.0 * u * u) * place;
-                        (at, way * s * (2.0 * mu / at.length()).sqrt(), 1.0 / 60.0)
-                    }
-                };
-                let orbit = Orbit {
-                    mu_m3ps2: mu,
-                    at_m: at.as_vec3().as_dvec3(),
-                    velocity_mps: velocity.as_vec3().as_dvec3(),
-                };
-                let at = at.as_vec3().to_array();
-                let w = velocity.as_vec3().to_array().map(|v| v * (1.0 / 100.0));
+        // What 99 of 100 and all may be off, over the distance flown about in; measured: a fifth to a half of it.
+        for (population, limits, most_evaluations) in
+            [(0, [1e-6, 1e-5], 6), (1, [5e-6, 2e-4], 8), (2, [2e-7, 1e-6], 2)]
+        {
+            let (mut errors, mut off_s, mut wrong, mut most) = (Vec::new(), Vec::new(), 0, 0);
+            for serial in 0..20_000 {
+                let (orbit, t) = flight_of(population, serial);
+                let (at, velocity) =
+                    (orbit.at_m.as_vec3().to_array(), orbit.velocity_mps.as_vec3().to_array());
+                let w = velocity.map(|v| v / 100.0);
                 let flight = Flight::new(at, w);
-                let crossing = orbit.crossing_s(5.0);
-                let got = flight.crossing(cross2(at, w), 5.0) / 100.0;
-                match crossing {
-                    Some(t) if got >= 0.0 => time_errors.push((f64::from(got) - t).abs()),
-                    None if got < 0.0 => {}
-                    _ => wrong += 1,
+                let crossing = flight.crossing(cross2(at, w), 5.0) / 100.0;
+                match orbit.crossing_s(5.0) {
+                    Some(exact) if crossing >= 0.0 && exact < 10.0 => {
+                        off_s.push((f64::from(crossing) - exact).abs());
+                    }
+                    exact => wrong += u32::from(exact.is_some() != (crossing >= 0.0)),
                 }
-                if crossing.is_some_and(|crossing| crossing < t) {
+                if orbit.crossing_s(5.0).is_some_and(|crossing| crossing < t) {
                     continue;
                 }
-                let q = (t * 100.0) as f32;
-                let left = flight.within_period(q);
-                let some = Flight { sigma: left.signum() * flight.sigma, ..flight };
-                let n = some.anomaly(left.abs()).1;
-                evaluations += n;
-                most = most.max(n);
-                let to = add(at, fly(&flight, left, at, w).0);
-                let there = orbit.after(t);
-                let error = (DVec3::from_array(to.map(f64::from)) - there.at_m).length();
-                let reach = orbit.apocentre().min(there.at_m.length().max(orbit.at_m.length()));
-                errors.push((error / reach, i));
+                let q = flight.within_period((t * 100.0) as f32);
+                let to = add(at, fly(&flight, q, at, w).0);
+                let there = orbit.after(t).at_m;
+                let reach = orbit.apocentre().min(there.length().max(orbit.at_m.length()));
+                errors.push((DVec3::from_array(to.map(f64::from)) - there).length() / reach);
+                let ahead = Flight { sigma: q.signum() * flight.sigma, ..flight };
+                most = most.max(ahead.anomaly(q.abs()).1);
             }
-            errors.sort_by(|a, b| a.0.total_cmp(&b.0));
-            time_errors.sort_by(f64::total_cmp);
-            let at = |p: f64| errors[((errors.len() - 1) as f64 * p) as usize].0;
-            let time = |p: f64| time_errors[((time_errors.len() - 1) as f64 * p) as usize];
-            println!("population {population}: {} kept, mean evaluations {:.2} most {most}, error 50 {:.1e} 99 {:.1e} 99.9 {:.1e} max {:?}; crossing of {}: 50 {:.1e} 99 {:.1e} max {:.1e} wrong {wrong}",
-                errors.len(), f64::from(evaluations) / errors.len() as f64, at(0.5), at(0.99), at(0.999), errors.last(), time_errors.len(), time(0.5), time(0.99), time(1.0));
+            errors.sort_by(f64::total_cmp);
+            let of = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
+            off_s.sort_by(f64::total_cmp);
+            let late = off_s[off_s.len() * 99 / 100];
+            println!(
+                "{population}: 99 % {:.1e}, all {:.1e}; {most} evaluations; crossings {late:.1e} s",
+                of(0.99),
+                of(1.0)
+            );
+            assert!(
+                of(0.99) < limits[0] && of(1.0) < limits[1],
+                "{population}: {:e} {:e}",
+                of(0.99),
+                of(1.0)
+            );
+            assert!(most <= most_evaluations, "{population}: {most}");
+            // 99 of 100: an orbit that all but grazes the horizon crosses it when rounding likes.
+            assert!(
+                late < 1e-4 && wrong == 0 && off_s.len() > 2000,
+                "{population}: {late:e} s, {wrong} wrong"
+            );
+        }
+    }
+
+    /// 0: the book's emission, for up to 10 s. 1: anything, bound or not, for up to 10 s. 2: the same for a sixtieth.
+    fn flight_of(population: u32, serial: u32) -> (Orbit, f64) {
+        let [u, v, w, s] = random::units(random::bits(5, population, serial, 0)).map(f64::from);
+        let [a, b, c, _] = random::units(random::bits(5, 10 + population, serial, 0));
+        let way = random::direction_of([a, b]).as_dvec3();
+        let place = random::direction_of([v as f32, w as f32]).as_dvec3();
+        let wide = |v: DVec3| v.as_vec3().as_dvec3();
+        let orbit = |at: DVec3, velocity: DVec3| Orbit {
+            mu_m3ps2: 1e4,
+            at_m: wide(at),
+            velocity_mps: wide(velocity),
+        };
+        let escape = |r: f64| (2.0 * 1e4 / r).sqrt();
+        match population {
+            0 => (orbit(dvec3(-100.0, 10.0, 0.0), 5.0 * way), 10.0 * u),
+            1 => {
+                let r = 5.0 + 95.0 * u;
+                (orbit(r * place, 1.5 * s * escape(r) * way), 10.0 * f64::from(c))
+            }
+            _ => {
+                let r = 5.0 + 55.0 * u * u;
+                (orbit(r * place, s * escape(r) * way), 1.0 / 60.0)
+            }
         }
     }
 }

@@ -4,9 +4,8 @@
 //!
 //! | kernel              | reads                                        | writes                                | CPU twin               |
 //! | ------------------- | -------------------------------------------- | ------------------------------------- | ---------------------- |
-//! | `particles.prepare` | emitters, counts                             | births, places, counts, arguments     | [`cpu::Pool::prepare`] |
+//! | `particles.prepare` | emitters, counts                             | births, counts, arguments             | [`cpu::Pool::prepare`] |
 //! | `particles.LAW`     | particles, emitters, births, law, counts     | new particles, places, counts         | [`cpu::Pool::advance`] |
-//! | `particles.close`   | counts                                       | arguments                             |                        |
 //!
 //! The pool owns memory, counts, births, compaction and the arguments of indirect dispatches and draws; all of that stays on
 //! the GPU, the host neither reads nor guesses a count. A law is a function in GLSL that moves a particle by a time and says
@@ -30,16 +29,20 @@ pub mod drag;
 pub mod emitter;
 pub mod kepler;
 pub mod kepler_stateless;
+pub mod law;
 pub mod oracle;
 pub mod pool;
 
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
+#[cfg(feature = "tools")]
+pub use law::compile_law;
+pub use law::Law;
 pub use pool::{Compaction, Counts, Layout, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Tuning};
 
 use crate::gpu;
 use glam::Vec3;
-use std::{ffi::CStr, fmt};
+use std::fmt;
 
 /// Ticks of the clock of particles in a second.
 pub const TICKS_PER_S: u32 = 1 << 16;
@@ -114,19 +117,6 @@ pub struct StepParams {
     pub stride: u32,
     /// How many.
     pub emitters: u32,
-}
-
-/// How particles move: the advance with a law in it.
-#[derive(Clone, Copy, Debug)]
-pub struct Law<'a> {
-    /// `particles.LAW`: debug label and row of the bench.
-    pub name: &'static CStr,
-    /// The law, then `particles/advance.glsl`, compiled.
-    pub spv: &'a [u8],
-    /// The same with SUBGROUPS defined, for [`Compaction::Subgroup`].
-    pub subgroups: Option<&'a [u8]>,
-    /// Specialization constants of the law, from `constant_id` 6 on.
-    pub constants: &'a [u32],
 }
 
 /// A parameter out of its range: which, what it is, what is allowed.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl,close.comp}`.
+//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl}`.
 
 use super::{
     Emitter, EmitterState, EmitterWords, Error, Invalid, Law, Particle, Step, StepParams, TICKS_PER_S,
@@ -67,7 +67,7 @@ impl Tuning {
     pub fn for_device(gpu: &Gpu) -> Self {
         match gpu.adapter().is_software() {
             true => Self { group: 32, items: 16, gathers: false },
-            false => Self { group: 256, items: 4, gathers: true },
+            false => Self { group: 256, items: 2, gathers: true },
         }
     }
 
@@ -76,6 +76,9 @@ impl Tuning {
         self.group * self.items
     }
 }
+
+/// Tiles that are added up together: `BLOCK` in `glsl/particles/step.glsl`.
+const BLOCK: u32 = 256;
 
 /// What a pool is built with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +102,6 @@ impl Options {
 pub struct Particles {
     prepare: Kernel,
     advance: Kernel,
-    close: Option<Kernel>,
     name: &'static CStr,
     options: Options,
     gpu: Gpu,
@@ -170,18 +172,9 @@ impl Particles {
             blocks: &["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"],
             constants: &[&own, law.constants].concat(),
         };
-        let counts_as_it_goes =
-            matches!(compaction, Compaction::Group | Compaction::Subgroup | Compaction::Atomic);
-        let close = KernelInfo {
-            name: c"particles.close",
-            spv: shaders::PARTICLES_CLOSE_COMP,
-            blocks: &["Pool"],
-            constants: &[],
-        };
         Ok(Self {
             prepare: Kernel::new::<StepParams>(gpu, &prepare)?,
             advance: Kernel::new::<StepParams>(gpu, &advance)?,
-            close: counts_as_it_goes.then(|| Kernel::new::<()>(gpu, &close)).transpose()?,
             name: law.name,
             options,
             gpu: gpu.clone(),
@@ -197,7 +190,7 @@ impl Particles {
         let tile = tuning.tile();
         let life_ticks = check(info, self.options, &self.gpu)?;
         let gpu = &self.gpu;
-        let stride = info.capacity.next_multiple_of(32);
+        let stride = (info.capacity + 1).next_multiple_of(32);
         let bytes = 4 * u64::from(layout.words()) * u64::from(stride);
         let buffer = |name: &str, bytes| Buffer::new(gpu, name, bytes, Residence::Device);
         let is_still = matches!(compaction, Compaction::InPlace | Compaction::Ring);
@@ -206,28 +199,32 @@ impl Particles {
         let particles = [first, second];
         let emitters: Vec<_> = info.emitters.iter().zip(0..).map(|(it, stream)| it.words(stream)).collect();
         let births: Vec<_> = info.emitters.iter().map(|it| it.state(info.start)).collect();
-        let or_one = |count: usize| count.max(1);
-        let mut padded = vec![EmitterWords::default(); or_one(emitters.len())];
-        padded[..emitters.len()].copy_from_slice(&emitters);
-        let emitters = gpu.upload("particles.emitters", &padded)?;
-        let mut padded = vec![EmitterState::default(); or_one(births.len())];
-        padded[..births.len()].copy_from_slice(&births);
-        let births = gpu.upload("particles.births", &padded)?;
+        // One more than there are, which nobody touches.
+        let unused: EmitterWords = bytemuck::cast([CANARY; 12]);
+        let emitters = gpu.upload("particles.emitters", &[&emitters[..], &[unused]].concat())?;
+        let unused: EmitterState = bytemuck::cast([CANARY; 8]);
+        let births = gpu.upload("particles.births", &[&births[..], &[unused]].concat())?;
         let law = gpu.upload("particles.law", info.law)?;
         let state = PoolState {
             capacity: info.capacity,
             stride,
             now: info.start,
             life_ticks,
+            turn: 1,
             ..PoolState::default()
         };
         let state = gpu.upload("particles.pool", &[state])?;
         // A step reads as many slots as there are at the most, and as many births again where all of them have ended.
         let tiles = (2 * u64::from(info.capacity)).div_ceil(u64::from(tile));
-        let words = if compaction == Compaction::InPlace { 2 * u64::from(info.capacity) } else { 2 * tiles };
-        let places = buffer("particles.places", 4 * words)?;
+        let words = match compaction {
+            Compaction::InPlace => 2 * u64::from(info.capacity),
+            _ => 2 * tiles + 3 * tiles.div_ceil(BLOCK.into()),
+        };
+        let mut clear = vec![0; words as usize];
+        clear.push(CANARY);
+        let places = gpu.upload("particles.places", &clear)?;
         gpu.once(|rec| {
-            rec.fill(&places, 0);
+            particles.iter().take(if is_still { 1 } else { 2 }).for_each(|it| rec.fill(it, CANARY));
             rec.barrier(Access::FillWrite, Self::ENTRY);
         })?;
         let prepare = self.prepare.bind(&[
@@ -248,7 +245,6 @@ impl Particles {
             ])
         };
         let advance = [bind(0)?, bind(1)?];
-        let close = self.close.as_ref().map(|it| it.bind(&[("Pool", (&state).into())])).transpose()?;
         let params = StepParams {
             now: info.start,
             dt_ticks: 0,
@@ -269,7 +265,6 @@ impl Particles {
             places,
             prepare,
             advance,
-            close,
             params,
             name: self.name,
             options: self.options,
@@ -285,7 +280,7 @@ fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error>
     let range = u64::from(gpu.limits().max_storage_buffer_range).min(4 * u64::from(u32::MAX));
     let per_particle = if options.compaction == Compaction::InPlace { words.max(2) } else { words };
     // Indices of words and vertices stay below 2^32, in whole lines of 32.
-    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32;
+    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32 - 1;
     if !(1..=most).contains(&u64::from(info.capacity)) {
         let allowed =
             format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
@@ -336,7 +331,6 @@ pub struct Pool {
     places: Buffer,
     prepare: Bound,
     advance: [Bound; 2],
-    close: Option<Bound>,
     params: StepParams,
     name: &'static CStr,
     options: Options,
@@ -360,10 +354,6 @@ impl Pool {
         rec.span(self.name, |rec| {
             rec.dispatch_indirect(&self.advance[self.current], &self.state, 0, &params)
         });
-        if let Some(close) = &self.close {
-            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
-            rec.span(c"particles.close", |rec| rec.dispatch(close, [1, 1, 1], &()));
-        }
         self.current = 1 - self.current;
     }
 
@@ -457,6 +447,7 @@ impl Pool {
             stride: before.stride,
             now: before.now,
             life_ticks: before.life_ticks,
+            turn: 1,
             born: count,
             ..PoolState::default()
         };
@@ -464,7 +455,12 @@ impl Pool {
         if self.options.compaction != Compaction::InPlace {
             let tile = self.options.tuning.tile() as usize;
             let mut places = vec![0u32; self.places.bytes() as usize / 4];
+            places[self.places.bytes() as usize / 4 - 1] = CANARY;
             for (living, part) in places.iter_mut().zip(particles.chunks(tile)) {
+                *living = part.len() as u32;
+            }
+            let tiles = (2 * params.capacity as usize).div_ceil(tile);
+            for (living, part) in places[tiles..].iter_mut().zip(particles.chunks(tile * BLOCK as usize)) {
                 *living = part.len() as u32;
             }
             self.gpu.upload_to(&self.places, &places)?;
@@ -531,6 +527,22 @@ impl Pool {
     }
 }
 
+/// A word that no pass reads or writes stands behind every plane and every list of a pool, and stays what it is.
+const CANARY: u32 = 0xdead_beef;
+
+impl Snapshot {
+    /// Words behind planes and lists that something has overwritten; not of [`Layout::Records`].
+    pub fn trespasses(&self, capacity: u32) -> usize {
+        let stride = (capacity + 1).next_multiple_of(32) as usize;
+        let planes = self.particles.len() / stride;
+        let behind =
+            (0..planes).flat_map(|w| &self.particles[w * stride + capacity as usize..(w + 1) * stride]);
+        let last = |list: &[u32], words: usize| list[list.len() - words..].to_vec();
+        let lists = [last(&self.emitters, 12), last(&self.births, 8), last(&self.places, 1)].concat();
+        behind.chain(&lists).filter(|word| **word != CANARY).count()
+    }
+}
+
 /// A pool at rest: words of its buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snapshot {
@@ -553,7 +565,7 @@ pub struct Snapshot {
 /// Particles as words of a layout, for `stride` slots.
 pub fn pack(particles: &[Particle], layout: Layout, stride: u32) -> Vec<u32> {
     let stride = stride as usize;
-    let mut words = vec![0; layout.words() as usize * stride];
+    let mut words = vec![CANARY; layout.words() as usize * stride];
     for (i, it) in particles.iter().enumerate() {
         let ([x, y, z], [vx, vy, vz]) = (it.at_m.to_array(), it.velocity_mps.to_array());
         let [x, y, z] = [x, y, z].map(f32::to_bits);
@@ -667,6 +679,10 @@ pub struct PoolState {
     pub free_count: u32,
     /// By the births of the last step.
     pub taken: u32,
+    /// Which half of the counts of tiles the last step read: it counted in the other.
+    pub turn: u32,
+    /// Workgroups of the last step, where they are counted.
+    pub finished: u32,
     /// Low word of [`Counts::born`].
     pub born: u32,
     /// Low word.

@@ -234,10 +234,7 @@ impl Basin {
             Self::Fourth(state, ..) => vec![state.height(), state.velocity()],
             Self::Pipes(state, ..) => vec![state.height(), state.flow()],
             Self::Depth(state, ..) => {
-                // Shallow water asks for the rise a step before as well, which is in the other buffer.
-                let before = state.surfaces().map(|surface| surface.height_m);
-                let before = before.into_iter().find(|other| !other.is(state.rise())).expect("two surfaces");
-                vec![state.rise(), before, state.flow()]
+                [Some(state.rise()), state.before(), Some(state.flow())].into_iter().flatten().collect()
             }
         }
     }
@@ -324,7 +321,7 @@ impl Basin {
                 let has_energy = variant.model == Model::Waves && variant.order == 2;
                 has_energy.then(|| energy_from_rest(model, height_m))
             }
-            Simulation::Depth { model, tier, columns, .. } => Some(energy(model, *tier, columns)),
+            Simulation::Depth { model, tier, columns, .. } => energy(model, *tier, columns),
         }
     }
 
@@ -362,7 +359,7 @@ impl Ground {
         Tally {
             at_rest_m3: area * open().map(still).sum::<f64>(),
             gain_m3: area * oracle::volume(&columns.rise_m),
-            energy: Some(energy(&self.model, tier, columns)),
+            energy: energy(&self.model, tier, columns),
             between_m: [between.clone().fold(f32::MAX, f32::min), between.fold(f32::MIN, f32::max)],
             depths: Some(Depths {
                 deepest_m: open().map(|i| depths_m[i]).fold(0.0, f64::max),
@@ -395,9 +392,9 @@ fn speeds<'a>(
     })
 }
 
-/// Energy of water over ground against water at rest, by its density and a column (m^3/s^2): what lifts it, and what moves
-/// it through the faces between. Bores lose some.
-fn energy(model: &DepthModel, tier: Tier, columns: &Columns) -> f64 {
+/// Energy of shallow water against water at rest, by its density and a column (m^3/s^2): what lifts it, and what moves it
+/// through the faces between. Bores lose some. The upstream depths of wet water have no energy of their own.
+fn energy(model: &DepthModel, tier: Tier, columns: &Columns) -> Option<f64> {
     let (width, depths_m) = (model.cells.x as usize, columns.depths_m());
     let lifted = |i: usize| {
         let (bed, rise) = (f64::from(columns.bed_m[i]), f64::from(columns.rise_m[i]));
@@ -407,20 +404,15 @@ fn energy(model: &DepthModel, tier: Tier, columns: &Columns) -> f64 {
             () => rise * (bed + 0.5 * rise),
         }
     };
-    let moved = |i: usize, flow: f32, other: usize| {
+    let moved = |i: usize, speed: f32, other: usize| {
         let depth = 0.5 * (depths_m[i].max(0.0) + depths_m.get(other).copied().unwrap_or(0.0).max(0.0));
-        let flow = f64::from(flow);
-        match tier {
-            _ if depth <= model.thin_m => 0.0,
-            Tier::Wet => 0.5 * flow * flow / depth,
-            Tier::Shallow => 0.5 * flow * flow * depth,
-        }
+        0.5 * f64::from(speed).powi(2) * depth
     };
     let column = |i: usize| {
         let moved = moved(i, columns.east[i], i + 1) + moved(i, columns.south[i], i + width);
         model.gravity_mps2 * lifted(i) + moved
     };
-    (0..depths_m.len()).map(column).sum()
+    (tier == Tier::Shallow).then(|| (0..depths_m.len()).map(column).sum())
 }
 
 /// Energy of a start at rest. The energy is that of the surfaces on either side of a flow, and the flow half a step before

@@ -327,7 +327,7 @@ fn features(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> Vec<Lack>
 }
 
 fn breaks(water: &WaterScene) -> bool {
-    waves_of(water).iter().any(|wave| wave.spectrum_is_edge() && wave.height_m > BREAKING * water.depth_m)
+    waves_of(water).iter().any(|wave| wave.is_dam(water.depth_m))
 }
 
 /// Something that is let go: how high, how wide, of which wave numbers.
@@ -347,8 +347,8 @@ enum Spectrum {
 }
 
 impl Wave {
-    fn spectrum_is_edge(&self) -> bool {
-        matches!(self.spectrum, Spectrum::Edge(_))
+    fn is_dam(&self, depth_m: f64) -> bool {
+        matches!(self.spectrum, Spectrum::Edge(_)) && self.height_m > BREAKING * depth_m
     }
 
     fn gauss(height_m: f64, sigma_m: f64) -> Self {
@@ -426,14 +426,17 @@ fn expected_errors(water: &WaterScene, variant: &Variant, span_s: f64, step_s: f
     let worst = |error: &dyn Fn(&Wave) -> f64| waves_of(water).iter().map(error).fold(0.0, f64::max);
     [
         worst(&|wave| model_error(variant.model, wave, water.depth_m, way_m, longer)),
-        worst(&|wave| grid_error(variant, &wave.spectrum, courant, water.column_m(), way_m)),
+        worst(&|wave| match wave.is_dam(water.depth_m) {
+            true => 0.0, // in the fit of the model's
+            false => grid_error(variant, &wave.spectrum, courant, water.column_m(), way_m),
+        }),
     ]
 }
 
 /// Fits of measured errors: smooth humps below a third of the depth, and dam breaks (L1; docs/water.md).
 fn model_error(model: Model, wave: &Wave, depth_m: f64, way_m: f64, cells: f64) -> f64 {
     let share = wave.height_m / depth_m;
-    let is_dam = wave.spectrum_is_edge() && share > BREAKING;
+    let is_dam = wave.is_dam(depth_m);
     match model {
         Model::Book | Model::Waves | Model::Pipes if is_dam => 0.6,
         Model::Wet if is_dam => 0.75,
@@ -487,7 +490,7 @@ fn grid_error(variant: &Variant, spectrum: &Spectrum, courant: f64, column_m: f6
 }
 
 /// The step of a variant (s): that of the scene, or the longest that divides a picture's time and is 5 % below the limit.
-fn step_s(water: &WaterScene, variant: &Variant, fps: f64) -> f64 {
+pub(super) fn step_s(water: &WaterScene, variant: &Variant, fps: f64) -> f64 {
     match variant.tier() {
         None => water.waves_model(variant, fps).dt_s,
         Some(tier) => water.depth_model(tier, fps).dt_s,

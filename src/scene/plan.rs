@@ -7,7 +7,7 @@ use super::{
     View, WaterScene,
 };
 use crate::{draw::TerrainGrid, water};
-use glam::{uvec2, vec2, Vec2};
+use glam::{uvec2, Vec2};
 use serde::Serialize;
 
 /// A buffer or an image, and who pays for it.
@@ -141,7 +141,8 @@ impl Scene {
             None => {
                 let beds = self.water.iter().map(|w| w.level_m - w.depth_m as f32);
                 let bed = beds.reduce(f32::min).unwrap_or(0.0);
-                TerrainGrid::flat(vec2(self.extent_m(), self.extent_m()), bed)
+                let water = self.water.iter().map(|water| Vec2::from(water.size_m)).reduce(Vec2::max);
+                TerrainGrid::flat(water.unwrap_or(Vec2::splat(self.extent_m())), bed)
             }
         };
         works::raise_walls(&self.water, &mut terrain);
@@ -201,8 +202,11 @@ impl Plan {
                         }
                     }
                 },
-                Simulation::Depth { .. } => {
+                Simulation::Depth { tier, .. } => {
                     pair("rise_m", plane);
+                    if *tier == water::Tier::Shallow {
+                        pair("before_m", plane);
+                    }
                     pair("flow", 2 * plane);
                     add("water.bed_m", plane, because.clone());
                 }

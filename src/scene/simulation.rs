@@ -90,7 +90,7 @@ impl Simulation {
                 _ => &["water.waves"],
             },
             Self::Depth { tier: Tier::Wet, .. } => &["water.wet"],
-            Self::Depth { tier: Tier::Shallow, .. } => &["water.shallow_speed", "water.shallow_depth"],
+            Self::Depth { tier: Tier::Shallow, .. } => &["water.shallow"],
         }
     }
 

@@ -9,6 +9,8 @@ use super::{
 };
 use crate::{
     gpu::Gpu,
+    run::RunError,
+    scene::Scene,
     water::{
         cpu, cpu_fourth,
         oracle::{relative_l2, Exact},
@@ -68,6 +70,8 @@ const BOOK_COURANT: f64 = 0.0707;
 const LONGEST_COURANT: f64 = 0.99;
 /// Of the basin (m); with waves of 1 m/s, so that they cross it in 10 s. Cost per simulated second is in these units.
 const BASIN_M: f64 = 10.0;
+/// Of the answer.
+const TOLERANCES: [f64; 3] = [0.1, 0.01, 0.001];
 /// Of the hill, of the basin's width.
 const SIGMA: f32 = 0.05;
 /// Half waves in the basin: of the hill, the shorter ones hold `exp(-(pi 80 / 20)^2 / 2) = 5e-35`.
@@ -190,9 +194,73 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
         cheapest: Vec::new(),
     };
     result.mark_pareto();
-    result.cheapest = result.cheapest_for(&[0.1, 0.01, 0.001], "book");
-    let headlines = headlines(&result);
+    result.cheapest = result.cheapest_for(&TOLERANCES, "book");
+    let mut headlines = headlines(&result);
+    headlines.push(choices(gpu, &result, extent.sizes)?);
     Ok(Found { studies: vec![result], headlines, parts })
+}
+
+/// Whether what scenes choose by rule keeps within the tolerance when it is run, and whether something cheaper would have:
+/// the hill of this study as a scene, on each size and for each tolerance that the rules think can be kept there.
+fn choices(gpu: &Gpu, result: &StudyResult, sizes: &[u32]) -> Result<Headline> {
+    let (mut kept, mut all, mut cheaper, mut words) = (0, 0, 0, Vec::new());
+    for &size in sizes {
+        let start = starts::gauss(model(Scheme::named("book"), size), SIGMA);
+        let exact = Exact::smooth(start.model.cells, &start.height_m, MODES).after(2.0 * f64::from(size));
+        for tolerance in TOLERANCES {
+            let Ok(scene) = Scene::parse(&scene_of(size, tolerance), "study", None, &[]) else { continue };
+            let verdict = scene.water[0].choice.taken();
+            let scheme = Scheme::named(&verdict.name);
+            let plan = scene.plan().map_err(RunError::from)?;
+            let model = Model { dt_s: plan.waters[0].simulation.dt_s(), ..model(scheme, size) };
+            let steps = (2.0 * BASIN_M / model.dt_s).round() as u32;
+            let start = Start { model, ..start.clone() };
+            let error = relative_l2(&heights(gpu, scheme, &start, steps)?, &exact);
+            // Of the forms in which scenes run it, what the cheapest takes; and what any other takes here.
+            let fused = verdict.name.replacen('/', "/fused/", 1);
+            let of = |name: &str| result.points.iter().find(|p| p.variant == name && p.size == size);
+            let ns = [verdict.name.as_str(), &fused].into_iter().filter_map(of).map(|p| p.ns_per_item);
+            let cost = ns.fold(f64::INFINITY, f64::min) / model.dt_s;
+            let is_cheaper = |p: &&Point| {
+                let is_other = p.variant != verdict.name && p.variant != fused && !p.variant.contains("f16");
+                let is_within = p.size == size && p.error.is_some_and(|error| error <= tolerance);
+                is_other && is_within && p.ns_per_item / p.step < 0.9 * cost
+            };
+            let other = result.points.iter().find(is_cheaper);
+            all += 1;
+            kept += u32::from(error <= tolerance);
+            cheaper += u32::from(other.is_some());
+            words.push(format!(
+                "{} % on {size}: {} expected {:.2} %, measured {:.2} %{}",
+                100.0 * tolerance,
+                verdict.name,
+                100.0 * verdict.error(),
+                100.0 * error,
+                other.map_or(String::new(), |p| format!(" ({} is cheaper)", p.variant))
+            ));
+        }
+    }
+    Ok(Headline {
+        sim: "water".into(),
+        study: "linear".into(),
+        what: format!("Choices by rule that keep within their tolerance, of {all}"),
+        value: Some(f64::from(kept)),
+        unit: "choices".into(),
+        note: format!(
+            "for {cheaper} of them another variant is more than 10 % cheaper and within it too; {}",
+            words.join("; ")
+        ),
+    })
+}
+
+/// The study as a scene: so low that the model has no error.
+fn scene_of(size: u32, tolerance: f64) -> String {
+    format!(
+        "output = {{ size = [16, 16], fps = 1, frames = 20 }}\n[[water]]\nname = 'hill'\ncells = [{size}, {size}]\n\
+         size_m = [{BASIN_M}, {BASIN_M}]\ndepth_m = 1\ngravity_mps2 = 1\ndamping_per_s = 0\ntolerance = {tolerance}\n\
+         start = {{ shape = 'hump', height_m = 1e-6, radius_m = {} }}\n",
+        f64::from(SIGMA) * BASIN_M
+    )
 }
 
 fn heights(gpu: &Gpu, scheme: Scheme, start: &Start, steps: u32) -> Result<Vec<f32>> {
@@ -275,8 +343,8 @@ fn of_book(result: &StudyResult, courant: f64) -> Vec<(f64, f64, f64)> {
     all
 }
 
-/// Cost at which the error comes down to `tolerance`, of sizes with their error and cost: on a line through two sizes in logarithms, and how it was found: the
-/// sizes on either side of it, or the last two when all are too coarse.
+/// Cost at which the error comes down to `tolerance`, of sizes with their error and cost, on a line through two of them in
+/// logarithms; and how it was found: those on either side of it, or the last two when all are too coarse.
 pub fn cost_of(tolerance: f64, all: &[(f64, f64, f64)]) -> Option<(f64, String)> {
     let pair = all.windows(2).find(|pair| pair[1].1 <= tolerance).or(all.windows(2).last())?;
     let [(size_a, error_a, ms_a), (size_b, error_b, ms_b)] = pair else { return None };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
+pub mod ballistic;
 pub mod bench;
 pub mod black_hole;
 pub mod depths;
@@ -109,7 +110,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, disks::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -132,6 +133,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(black_hole::NAME) {
         studies.extend(black_hole::study(gpu, quick, progress)?);
+    }
+    if is_wanted(ballistic::NAME) {
+        studies.extend(take(ballistic::study(gpu, quick, progress)?));
     }
     if is_wanted(disks::NAME) {
         studies.extend(disks::study(gpu, quick, progress)?);

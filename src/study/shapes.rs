@@ -113,6 +113,9 @@ pub struct BenchResult {
     /// Median time of one run (ms).
     #[serde(serialize_with = "number")]
     pub median_ms: f64,
+    /// Median time of the runs that a simulated second takes (ms), dispatches included; where a run has a length.
+    #[serde(default, skip_serializing_if = "Option::is_none", serialize_with = "number_or_null")]
+    pub ms_per_sim_second: Option<f64>,
     /// How many runs were timed.
     pub runs: u32,
     /// The fastest run (ms).

@@ -79,20 +79,17 @@ impl Tier {
 
 impl Tier {
     /// How to cut up a grid: as many rows a walk as leave every lane of the device something to do, since each walk loads
-    /// four more, or six in [`Tier::Shallow`], whose groups are one lane high.
+    /// four more, or seven in [`Tier::Shallow`], whose groups are one lane high.
     pub fn tuning(self, gpu: &Gpu, cells: UVec2) -> Tuning {
         let (group, rows, fewest) = match (self, gpu.adapter().is_software()) {
-            (Self::Wet, true) => (UVec2::new(64, 1), 8, 1),
-            (Self::Wet, false) => (UVec2::new(64, 2), 16, 1 << 16),
-            (Self::Shallow, true) => (UVec2::new(128, 1), 64, 1),
-            (Self::Shallow, false) => (UVec2::new(128, 1), 64, 1 << 17),
+            (Self::Wet, true) => (UVec2::new(64, 1), 8..=8, 1),
+            (Self::Wet, false) => (UVec2::new(64, 2), 1..=16, 1 << 16),
+            (Self::Shallow, true) => (UVec2::new(32, 1), 61..=61, 1),
+            (Self::Shallow, false) => (UVec2::new(32, 1), 9..=61, 1 << 16),
         };
-        let lanes = match self {
-            Self::Wet => u64::from(cells.x.div_ceil(4)),
-            Self::Shallow => u64::from(cells.x),
-        };
-        let fewest_rows = if self == Self::Wet { 1 } else { 8 };
-        Tuning { group, rows: (u64::from(cells.y) * lanes / fewest).clamp(fewest_rows, rows) as u32 }
+        let fours = u64::from(cells.x.div_ceil(4));
+        let even = u32::try_from(u64::from(cells.y) * fours / fewest).unwrap_or(u32::MAX);
+        Tuning { group, rows: even.clamp(*rows.start(), *rows.end()) }
     }
 }
 
@@ -356,6 +353,11 @@ impl DepthState {
     /// `f32` a column (m): see [`Columns::rise_m`].
     pub fn rise(&self) -> &Buffer {
         &self.rises[self.current]
+    }
+
+    /// `f32` a column (m): the rise a step before, where a tier asks for it. With rise, flow and bed it is the whole state.
+    pub fn before(&self) -> Option<&Buffer> {
+        self.befores.as_ref().map(|befores| &befores[self.current])
     }
 
     /// `f32` a column (m): see [`Columns::bed_m`], [`WALL_M`] for a wall.

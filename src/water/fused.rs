@@ -3,10 +3,11 @@
 
 use super::{
     planes::{in_blocks, Planes, Rates},
+    tiles::{TileKernels, Tiles},
     Error, Params, Walls,
 };
 use crate::{
-    gpu::{self, Access, Buffer, Gpu, Kernel, KernelInfo, Recorder, Result},
+    gpu::{self, Access, Buffer, Gpu, Recorder, Result},
     shaders,
 };
 use glam::UVec2;
@@ -47,22 +48,26 @@ impl FusedTuning {
         self.group * UVec2::new(4, self.rows)
     }
 
+    /// Columns and rows on each side that it computes for itself alone.
+    pub(super) fn halo(&self) -> UVec2 {
+        UVec2::new(self.steps.next_multiple_of(4), self.steps)
+    }
+
     /// Columns and rows that it writes; none if the steps leave nothing of the tile.
     pub fn inner(&self) -> Option<UVec2> {
-        let halo = UVec2::new(self.steps.next_multiple_of(4), self.steps);
-        let inner = self.tile().checked_sub(2 * halo)?;
+        let inner = self.tile().checked_sub(2 * self.halo())?;
         (inner.min_element() > 0).then_some(inner)
     }
 
     /// Shared memory of a workgroup (bytes).
     pub fn shared_bytes(&self) -> u32 {
-        self.group.element_product() * self.buffers * (8 * self.rows + 32) + 4
+        self.group.element_product() * self.buffers * (8 * self.rows + 32)
     }
 
-    /// Invocations that step `cells`.
-    pub(super) fn threads(&self, cells: UVec2) -> UVec2 {
+    /// Tiles of a grid.
+    pub(super) fn groups(&self, cells: UVec2) -> UVec2 {
         let inner = self.inner().unwrap_or(UVec2::ONE); // `check` has refused tiles without an inside
-        UVec2::new(cells.x.div_ceil(inner.x), cells.y.div_ceil(inner.y)) * self.group
+        UVec2::new(cells.x.div_ceil(inner.x), cells.y.div_ceil(inner.y))
     }
 
     /// The first specialization constants of every kernel with such tiles.
@@ -102,11 +107,8 @@ pub struct FusedParams {
 
 /// The kernel. It holds no basin, so one steps any number of them.
 pub struct Fused {
-    step: Kernel,
-    tuning: FusedTuning,
+    kernels: TileKernels,
     walls: Walls,
-    has_land: bool,
-    gpu: Gpu,
 }
 
 impl Fused {
@@ -120,16 +122,10 @@ impl Fused {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: FusedTuning, walls: Walls, has_land: bool) -> Result<Self> {
-        tuning.check(gpu, "water.fused")?;
-        let [x, y, lanes, rows, steps, buffers] = tuning.constants();
-        let (land, drops) = (u32::from(has_land), u32::from(walls == Walls::Dropped && !has_land));
-        let info = KernelInfo {
-            name: c"water.fused",
-            spv: shaders::WATER_FUSED_COMP,
-            blocks: &["Height", "Velocity", "NewHeight", "NewVelocity"],
-            constants: &[x, y, lanes, rows, steps, buffers, land, drops],
-        };
-        Ok(Self { step: Kernel::new::<FusedParams>(gpu, &info)?, tuning, walls, has_land, gpu: gpu.clone() })
+        let blocks = ["Height", "Velocity", "NewHeight", "NewVelocity"];
+        let drops = walls == Walls::Dropped && !has_land;
+        let what = (c"water.fused", shaders::WATER_FUSED_COMP);
+        Ok(Self { kernels: TileKernels::new(gpu, what, blocks, tuning, has_land, drops)?, walls })
     }
 
     /// A basin whose memory is not set yet: [`FusedState::upload`].
@@ -143,8 +139,8 @@ impl Fused {
             planes: 1,
             bytes: 4,
         };
-        let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
-        Ok(FusedState { planes, tuning: self.tuning, walls: self.walls })
+        let (planes, tiles) = self.kernels.state(cells, &rates)?;
+        Ok(FusedState { planes, tiles, walls: self.walls })
     }
 }
 
@@ -152,7 +148,7 @@ impl Fused {
 /// before around it.
 pub struct FusedState {
     planes: Planes,
-    tuning: FusedTuning,
+    tiles: Tiles,
     walls: Walls,
 }
 
@@ -166,11 +162,8 @@ impl FusedState {
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
         let walls = if params.folded == 1 { Walls::Folded } else { Walls::Dropped };
         assert_eq!(walls, self.walls, "walls of the parameters and of the state");
-        let threads = self.tuning.threads(self.cells());
-        in_blocks(rec, steps, self.tuning.steps, |rec, steps| {
-            let grid = (params.cells, params.pitch);
-            let params = FusedParams { water: *params, steps };
-            self.planes.dispatch(rec, c"water.fused", threads, grid, &params);
+        in_blocks(rec, steps, self.tiles.steps(), |rec, steps| {
+            self.tiles.record(rec, &mut self.planes, &FusedParams { water: *params, steps });
         });
     }
 
@@ -189,7 +182,8 @@ impl FusedState {
     /// # Errors
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32], velocity_mps: &[f32]) -> Result<(), Error> {
-        self.planes.upload_moving(gpu, height_m, velocity_mps)
+        self.planes.upload_moving(gpu, height_m, velocity_mps)?;
+        Ok(self.tiles.set(gpu, height_m)?)
     }
 
     /// Heights (m above rest) and velocities (m/s), without padding.

@@ -8,6 +8,7 @@
 use super::{
     check_heights,
     planes::{in_blocks, padded, plain, Planes, Rates},
+    tiles::{Step, TileKernels, Tiles},
     Error, FusedParams, Invalid, Params, PipesTuning, Surface, Tuning, Walls,
 };
 use crate::{
@@ -18,7 +19,7 @@ use glam::UVec2;
 
 /// The kernels. They hold no basin, so they step any number of them. There is no land: it has no half.
 pub struct Halves {
-    step: Kernel,
+    step: Step,
     pack: Kernel,
     unpack: Kernel,
     tuning: PipesTuning,
@@ -48,19 +49,13 @@ impl Halves {
                     blocks: &["Height", "Velocity", "NewHeight"],
                     constants: &[group.x, group.y, rows, 0],
                 };
-                Kernel::new::<Params>(gpu, &info)?
+                Step::One(Kernel::new::<Params>(gpu, &info)?)
             }
             PipesTuning::Fused(tuning) => {
-                tuning.check(gpu, "water.fused_f16")?;
-                let [x, y, lanes, rows, steps, buffers] = tuning.constants();
-                let drops = u32::from(walls == Walls::Dropped);
-                let info = KernelInfo {
-                    name: c"water.fused_f16",
-                    spv: shaders::WATER_FUSED_F16_COMP,
-                    blocks: &["Height", "Velocity", "NewHeight", "NewVelocity"],
-                    constants: &[x, y, lanes, rows, steps, buffers, 0, drops],
-                };
-                Kernel::new::<FusedParams>(gpu, &info)?
+                let blocks = ["Height", "Velocity", "NewHeight", "NewVelocity"];
+                let (what, drops) =
+                    ((c"water.fused_f16", shaders::WATER_FUSED_F16_COMP), walls == Walls::Dropped);
+                Step::Tiles(TileKernels::new(gpu, what, blocks, tuning, false, drops)?)
             }
         };
         let convert = |name, spv, blocks: &[&str]| {
@@ -87,7 +82,7 @@ impl Halves {
                 bytes: 2,
             },
         };
-        let halves = Planes::new(&self.gpu, &self.step, cells, &rates, false)?;
+        let (halves, tiles) = self.step.state(&self.gpu, cells, &rates, false)?;
         let bytes = 4 * u64::from(halves.pitch()) * u64::from(cells.y);
         let floats = |name: &str| Buffer::new(&self.gpu, name, bytes, Residence::Device);
         let floats = [floats("water.height_m")?, floats("water.velocity_mps")?];
@@ -97,7 +92,7 @@ impl Halves {
         let pack = |i| bind(&self.pack, ("Floats", of_floats), ("Halves", of_halves(i)));
         let unpack = |i| bind(&self.unpack, ("Halves", of_halves(i)), ("Floats", of_floats));
         let (packs, unpacks) = ([pack(0)?, pack(1)?], [unpack(0)?, unpack(1)?]);
-        Ok(HalvesState { halves, floats, packs, unpacks, tuning: self.tuning, walls: self.walls })
+        Ok(HalvesState { halves, tiles, floats, packs, unpacks, tuning: self.tuning, walls: self.walls })
     }
 }
 
@@ -111,6 +106,7 @@ fn bind(kernel: &Kernel, from: (&str, [&Buffer; 2]), to: (&str, [&Buffer; 2])) -
 /// floats, for drawing and disturbing.
 pub struct HalvesState {
     halves: Planes,
+    tiles: Option<Tiles>,
     floats: [Buffer; 2],
     packs: [[Bound; 2]; 2],
     unpacks: [[Bound; 2]; 2],
@@ -126,13 +122,12 @@ impl HalvesState {
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
         let walls = if params.folded == 1 { Walls::Folded } else { Walls::Dropped };
         assert_eq!(walls, self.walls, "walls of the parameters and of the state");
-        let (grid, cells) = ((params.cells, params.pitch), self.halves.cells());
-        let (threads, halves) = (self.tuning.threads(cells), &mut self.halves);
-        in_blocks(rec, steps, self.tuning.steps(), |rec, steps| match self.tuning {
-            PipesTuning::OneStep(_) => halves.dispatch(rec, c"water.waves_f16", threads, grid, params),
-            PipesTuning::Fused(_) => {
-                let params = FusedParams { water: *params, steps };
-                halves.dispatch(rec, c"water.fused_f16", threads, grid, &params);
+        let halves = &mut self.halves;
+        in_blocks(rec, steps, self.tuning.steps(), |rec, steps| match (&self.tiles, self.tuning) {
+            (Some(tiles), _) => tiles.record(rec, halves, &FusedParams { water: *params, steps }),
+            (None, tuning) => {
+                let (threads, grid) = (tuning.threads(halves.cells()), (params.cells, params.pitch));
+                halves.dispatch(rec, c"water.waves_f16", threads, grid, params);
             }
         });
     }

@@ -56,6 +56,7 @@ pub mod pipes;
 pub mod planes;
 pub mod shallow;
 pub mod starts;
+mod tiles;
 pub mod waves;
 pub mod wet;
 

@@ -5,6 +5,7 @@
 use super::{
     book::Column,
     planes::{in_blocks, Planes, Rates},
+    tiles::{Step, TileKernels, Tiles},
     Error, FusedParams, FusedTuning, Params, Tuning,
 };
 use crate::{
@@ -41,14 +42,14 @@ impl PipesTuning {
     pub(super) fn threads(&self, cells: UVec2) -> UVec2 {
         match self {
             Self::OneStep(tuning) => UVec2::new(cells.x.div_ceil(4), cells.y.div_ceil(tuning.rows)),
-            Self::Fused(tuning) => tuning.threads(cells),
+            Self::Fused(tuning) => tuning.groups(cells) * tuning.group,
         }
     }
 }
 
 /// The kernel. It holds no basin, so one steps any number of them.
 pub struct Pipes {
-    step: Kernel,
+    step: Step,
     tuning: PipesTuning,
     has_diagonals: bool,
     has_land: bool,
@@ -67,28 +68,17 @@ impl Pipes {
     /// # Errors
     /// If the device does not take the tuning.
     pub fn new(gpu: &Gpu, tuning: PipesTuning, has_diagonals: bool, has_land: bool) -> Result<Self> {
-        let blocks = &["Height", "Flow", "NewHeight", "NewFlow"];
-        let (land, diagonals) = (u32::from(has_land), u32::from(has_diagonals));
+        let blocks = ["Height", "Flow", "NewHeight", "NewFlow"];
         let step = match tuning {
             PipesTuning::OneStep(Tuning { group, rows }) => {
-                let info = KernelInfo {
-                    name: c"water.pipes",
-                    spv: shaders::WATER_PIPES_COMP,
-                    blocks,
-                    constants: &[group.x, group.y, rows, land, diagonals],
-                };
-                Kernel::new::<Params>(gpu, &info)?
+                let constants = [group.x, group.y, rows, u32::from(has_land), u32::from(has_diagonals)];
+                let (name, spv) = (c"water.pipes", shaders::WATER_PIPES_COMP);
+                let info = KernelInfo { name, spv, blocks: &blocks, constants: &constants };
+                Step::One(Kernel::new::<Params>(gpu, &info)?)
             }
             PipesTuning::Fused(tuning) => {
-                tuning.check(gpu, "water.pipes_fused")?;
-                let [x, y, lanes, rows, steps, buffers] = tuning.constants();
-                let info = KernelInfo {
-                    name: c"water.pipes_fused",
-                    spv: shaders::WATER_PIPES_FUSED_COMP,
-                    blocks,
-                    constants: &[x, y, lanes, rows, steps, buffers, land, diagonals],
-                };
-                Kernel::new::<FusedParams>(gpu, &info)?
+                let what = (c"water.pipes_fused", shaders::WATER_PIPES_FUSED_COMP);
+                Step::Tiles(TileKernels::new(gpu, what, blocks, tuning, has_land, has_diagonals)?)
             }
         };
         Ok(Self { step, tuning, has_diagonals, has_land, gpu: gpu.clone() })
@@ -105,14 +95,15 @@ impl Pipes {
             planes: if self.has_diagonals { 4 } else { 2 },
             bytes: 4,
         };
-        let planes = Planes::new(&self.gpu, &self.step, cells, &rates, self.has_land)?;
-        Ok(PipesState { planes, tuning: self.tuning, has_diagonals: self.has_diagonals })
+        let (planes, tiles) = self.step.state(&self.gpu, cells, &rates, self.has_land)?;
+        Ok(PipesState { planes, tiles, tuning: self.tuning, has_diagonals: self.has_diagonals })
     }
 }
 
 /// One basin: a plane of heights, and two or four of flows.
 pub struct PipesState {
     planes: Planes,
+    tiles: Option<Tiles>,
     tuning: PipesTuning,
     has_diagonals: bool,
 }
@@ -124,12 +115,11 @@ impl PipesState {
     /// If `params` are of another grid, or have diagonal pipes that the kernel was not built for.
     pub fn record(&mut self, rec: &mut Recorder<'_>, params: &Params, steps: u32) {
         assert!(self.has_diagonals || params.diagonal == 0.0, "diagonal pipes in a kernel without");
-        let (threads, grid) = (self.tuning.threads(self.cells()), (params.cells, params.pitch));
-        in_blocks(rec, steps, self.tuning.steps(), |rec, steps| match self.tuning {
-            PipesTuning::OneStep(_) => self.planes.dispatch(rec, c"water.pipes", threads, grid, params),
-            PipesTuning::Fused(_) => {
-                let params = FusedParams { water: *params, steps };
-                self.planes.dispatch(rec, c"water.pipes_fused", threads, grid, &params);
+        in_blocks(rec, steps, self.tuning.steps(), |rec, steps| match (&self.tiles, self.tuning) {
+            (Some(tiles), _) => tiles.record(rec, &mut self.planes, &FusedParams { water: *params, steps }),
+            (None, tuning) => {
+                let (threads, grid) = (tuning.threads(self.planes.cells()), (params.cells, params.pitch));
+                self.planes.dispatch(rec, c"water.pipes", threads, grid, params);
             }
         });
     }
@@ -146,6 +136,7 @@ impl PipesState {
     /// [`Error::Invalid`] if a number is not finite or the sizes differ, else the device's.
     pub fn upload(&self, gpu: &Gpu, height_m: &[f32]) -> Result<(), Error> {
         self.planes.upload_heights(gpu, height_m)?;
+        self.tiles.as_ref().map_or(Ok(()), |tiles| tiles.set(gpu, height_m))?;
         gpu.once(|rec| {
             rec.barrier(Access::ComputeReadWrite, Access::FillWrite);
             rec.fill(self.flow(), 0);

@@ -13,7 +13,7 @@ pub struct Planes {
     heights: [Buffer; 2],
     /// Twice the same where the kernel changes them in place.
     rates: [Buffer; 2],
-    steps: [Bound; 2],
+    steps: [Vec<Bound>; 2],
     current: usize,
     cells: UVec2,
     pitch: u32,
@@ -33,8 +33,15 @@ pub(super) struct Rates {
 }
 
 impl Planes {
-    /// For `step`, whose blocks are `Height`, the first of `rates`, `NewHeight`, and the second if there is one.
-    pub(super) fn new(gpu: &Gpu, step: &Kernel, cells: UVec2, rates: &Rates, has_land: bool) -> Result<Self> {
+    /// For kernels whose blocks are `Height`, the first of `rates`, `NewHeight`, the second if there is one, and another
+    /// that each may have.
+    pub(super) fn new(
+        gpu: &Gpu,
+        kernels: &[(&Kernel, Option<(&str, &Buffer)>)],
+        cells: UVec2,
+        rates: &Rates,
+        has_land: bool,
+    ) -> Result<Self> {
         let pitch = cells.x.next_multiple_of(4);
         let bytes = rates.bytes * u64::from(pitch) * u64::from(cells.y);
         let buffer = |name: &str, planes: u64| Buffer::new(gpu, name, planes * bytes, Residence::Device);
@@ -44,12 +51,15 @@ impl Planes {
         let first = buffer(name, planes)?;
         let second = if blocks.len() == 1 { first.clone() } else { buffer(new_name, planes)? };
         let rates = [first, second];
-        let bind = |from: usize| {
-            let read = [("Height", &heights[from]), (blocks[0], &rates[from])];
-            let written = [("NewHeight", &heights[1 - from])].into_iter();
-            let written = written.chain(blocks.get(1).map(|&name| (name, &rates[1 - from])));
-            let all: Vec<_> = read.into_iter().chain(written).map(|(name, of)| (name, of.into())).collect();
-            step.bind(&all)
+        let bind = |from: usize| -> Result<Vec<Bound>> {
+            let one = |&(kernel, other): &(&Kernel, Option<(&'_ str, &Buffer)>)| {
+                let read = [("Height", &heights[from]), (blocks[0], &rates[from])];
+                let written = [("NewHeight", &heights[1 - from])].into_iter();
+                let written = written.chain(blocks.get(1).map(|&name| (name, &rates[1 - from])));
+                let all = read.into_iter().chain(written).chain(other);
+                kernel.bind(&all.map(|(name, of)| (name, of.into())).collect::<Vec<_>>())
+            };
+            kernels.iter().map(one).collect()
         };
         let steps = [bind(0)?, bind(1)?];
         Ok(Self { heights, rates, steps, current: 0, cells, pitch, has_land })
@@ -103,10 +113,24 @@ impl Planes {
         [0, 1].map(|i| Some(&self.rates[i]))
     }
 
-    /// One dispatch, which takes the planes to the next ones.
+    /// What `record` records, with every kernel bound, takes the planes to the next ones.
     ///
     /// # Panics
     /// If the parameters, whose grid and pitch `grid` are, are of another grid.
+    pub(super) fn step(
+        &mut self,
+        rec: &mut Recorder<'_>,
+        name: &'static CStr,
+        grid: (UVec2, u32),
+        record: impl FnOnce(&mut Recorder<'_>, &[Bound]),
+    ) {
+        assert_eq!(grid, (self.cells, self.pitch), "grid of the parameters and of the state");
+        let steps = &self.steps[self.current];
+        rec.span(name, |rec| record(rec, steps));
+        self.current = 1 - self.current;
+    }
+
+    /// [`Planes::step`] by one dispatch of the only kernel.
     pub(super) fn dispatch<P: bytemuck::Pod>(
         &mut self,
         rec: &mut Recorder<'_>,
@@ -115,10 +139,7 @@ impl Planes {
         grid: (UVec2, u32),
         params: &P,
     ) {
-        assert_eq!(grid, (self.cells, self.pitch), "grid of the parameters and of the state");
-        let step = &self.steps[self.current];
-        rec.span(name, |rec| rec.dispatch(step, [threads.x, threads.y, 1], params));
-        self.current = 1 - self.current;
+        self.step(rec, name, grid, |rec, steps| rec.dispatch(&steps[0], [threads.x, threads.y, 1], params));
     }
 
     /// Sets heights (m above rest, [`LAND_M`](super::LAND_M) for land), without padding.

@@ -20,13 +20,11 @@ pub struct Shallow {
     gpu: Gpu,
 }
 
-/// Columns at either end of a workgroup that are not its own: `HALO` in `glsl/water/shallow.comp`.
-const HALO: u32 = 4;
 /// Shared memory of a lane (bytes).
-const SHARED_BYTES: u32 = 4 * (16 + 8 + 8) + 2 * (4 + 4);
+const SHARED_BYTES: u32 = 4 * (16 + 8 + 8 + 8 + 4) + 2 * (4 + 4 + 4);
 
 impl Shallow {
-    /// A workgroup is one lane high: `tuning.group.x` columns wide, of which eight are not its own.
+    /// A workgroup is one lane high and `tuning.group.x` lanes of four columns wide, of which two are not its own.
     ///
     /// # Errors
     /// If the device does not take the tuning.
@@ -46,11 +44,10 @@ impl Shallow {
         let (UVec2 { x: lanes, y: high }, allowed) =
             (tuning.group, gpu.limits().max_compute_shared_memory_size);
         let refused = |what| Err(gpu::Error::Interface { kernel: "water.shallow".into(), what });
-        if high != 1 || lanes < 4 * HALO || !lanes.is_multiple_of(4) || tuning.rows == 0 {
+        if high != 1 || lanes < 3 || tuning.rows == 0 {
+            let rows = tuning.rows;
             return refused(format!(
-                "{lanes} x {high} lanes and {} rows: allowed are multiples of 4 from {} x 1, and rows",
-                tuning.rows,
-                4 * HALO
+                "{lanes} x {high} lanes and {rows} rows: allowed are 3 x 1 and up, and rows"
             ));
         }
         if lanes * SHARED_BYTES > allowed {
@@ -73,7 +70,7 @@ impl Shallow {
     pub fn state(&self, cells: UVec2) -> Result<DepthState> {
         let Tuning { group: UVec2 { x: lanes, .. }, rows } = self.tuning;
         let threads =
-            |pitch: u32| UVec2::new(pitch.div_ceil(lanes - 2 * HALO) * lanes, cells.y.div_ceil(rows));
+            |pitch: u32| UVec2::new((pitch / 4).div_ceil(lanes - 2) * lanes, cells.y.div_ceil(rows));
         DepthState::new(&self.gpu, (Tier::Shallow, c"water.shallow"), cells, threads, |b: &Buffers<'_>| {
             self.step.bind(&[
                 ("Bed", b.bed.into()),

@@ -89,7 +89,7 @@ impl WavesState {
     /// For `step`, whose blocks are `Height`, `Velocity` and `NewHeight`.
     pub(super) fn of(step: &Kernel, gpu: &Gpu, cells: UVec2, rows: u32, has_land: bool) -> Result<Self> {
         let rates = Rates { names: ["water.velocity_mps", ""], blocks: &["Velocity"], planes: 1, bytes: 4 };
-        Ok(Self { planes: Planes::new(gpu, step, cells, &rates, has_land)?, rows })
+        Ok(Self { planes: Planes::new(gpu, &[(step, None)], cells, &rates, has_land)?, rows })
     }
 
     /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the

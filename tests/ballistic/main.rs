@@ -354,7 +354,7 @@ fn the_struct_of_an_effect_is_laid_out_as_the_shaders_declare() {
             emitter_m,
             emitter_mps,
             turns_per_s,
-            life_s,
+            lives_per_s,
             interval_s,
             interval_low_s,
             since_s,

@@ -88,3 +88,57 @@ fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
         }
     }
 }
+
+/// Largest 99 % error of what is predicted, over what is measured in f64-checked orbits: see `study::black_hole`.
+#[test]
+fn what_the_rule_predicts_holds() {
+    use whitecap::{
+        particles::choose::{Holes, Need, Way},
+        study::black_hole::{ellipses, fates, hole, orbit, FRAME_TICKS, HORIZON_M, MU_M3PS2},
+    };
+    let gpu = gpu();
+    for (periapsis, tolerance) in [
+        (5.5, 0.1),
+        (5.5, 0.01),
+        (5.5, 1e-3),
+        (5.5, 2e-4),
+        (10.0, 1e-2),
+        (10.0, 1e-3),
+        (20.0, 1e-3),
+        (20.0, 2e-4),
+    ] {
+        for holes in [Holes::Any, Holes::ManyAtRest, Holes::One] {
+            let dt_s = f64::from(FRAME_TICKS) / 65536.0;
+            let need = Need {
+                tolerance,
+                dt_s,
+                life_s: 600.0 * dt_s,
+                mu_m3ps2: MU_M3PS2,
+                horizon_m: HORIZON_M,
+                closest_m: periapsis,
+                farthest_m: 60.0,
+                holes,
+            };
+            let choice = need.choose();
+            assert!(choice.is_met && matches!(choice.way, Way::Stepped { .. }), "{choice:?}");
+            let bodies = ellipses(600, periapsis, 60.0, true);
+            let ends = fates(&gpu, &choice.way.to_string(), hole(), &bodies, (FRAME_TICKS, 600)).unwrap();
+            let mut errors: Vec<f64> = bodies
+                .iter()
+                .zip(&ends)
+                .map(|(from, (to, _))| {
+                    let orbit = orbit(from);
+                    (place(to.at_m.map(f64::from)) - orbit.after(600.0 * dt_s).at_m).length()
+                        / orbit.apocentre()
+                })
+                .collect();
+            errors.sort_by(f64::total_cmp);
+            let measured = errors[(errors.len() - 1) * 99 / 100];
+            println!(
+                "{periapsis} {tolerance:e} {holes:?}: {} predicted {:.1e} measured {measured:.1e}",
+                choice.way, choice.predicted
+            );
+            assert!(measured <= choice.predicted, "{choice:?}: {measured:e}");
+        }
+    }
+}

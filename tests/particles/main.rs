@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Particles: laws against their twins and exact solutions.
+//! Particles against their twins and exact solutions.
 #![allow(missing_docs)]
 
 mod black_hole;
 #[path = "../common/mod.rs"]
 mod common;
+mod kepler;
+mod layouts;
 mod pool;

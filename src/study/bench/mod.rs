@@ -97,7 +97,9 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         let have = rows().map(|(sim, variant)| format!("{sim}/{variant}")).collect();
         return Err(Error::NoSuch { what: "bench", wanted: wanted.clone(), have });
     }
-    let effort = Effort { budget_s: options.budget_s.unwrap_or(3.0), ..Effort::full(gpu) };
+    // Runs so short that the budget has room for some.
+    let (budget_s, full) = (options.budget_s.unwrap_or(3.0), Effort::full(gpu));
+    let effort = Effort { budget_s, run_ms: full.run_ms.min(200.0 * budget_s), ..full };
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for suite in SUITES {
         for variant in suite.variants.iter().filter(|variant| is_named(names, (suite.sim, variant))) {
@@ -135,12 +137,12 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         match (suite.run)(gpu, variant, size, effort) {
             Ok(measured) => {
                 let what = Row { sim: suite.sim, variant, size: (suite.label)(size), unit: measured.unit };
-                results.push(what.timed(
-                    measured.timing,
-                    measured.items,
-                    measured.bytes_per_item,
-                    copy_bytes_per_s,
-                ));
+                let mut row =
+                    what.timed(measured.timing, measured.items, measured.bytes_per_item, copy_bytes_per_s);
+                if suite.sim == water::SUITE.sim {
+                    row.ms_per_sim_second = Some(row.median_ms / water::step_s(variant, size));
+                }
+                results.push(row);
             }
             Err(error) => skipped.push(skip(suite, variant, size, reason_to_skip(error)?)),
         }
@@ -201,6 +203,7 @@ impl Row<'_> {
             bytes_per_item,
             fraction_of_copy: items_per_s * bytes_per_item / copy_bytes_per_s,
             median_ms: timing.median_ms,
+            ms_per_sim_second: None,
             runs: timing.runs,
             min_ms: Some(timing.min_ms),
             p95_ms: Some(timing.p95_ms),

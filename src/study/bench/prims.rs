@@ -15,7 +15,15 @@ use crate::{
 /// Its rows.
 pub const SUITE: Suite = Suite {
     sim: "prims",
-    variants: &["scan", "scan/shared", "compact", "compact/shared", "sort", "sort/unordered"],
+    variants: &[
+        "scan",
+        "scan/shared",
+        "compact",
+        "compact/shared",
+        "sort",
+        "sort/kept",
+        "sort/kept/unordered",
+    ],
     sizes: &[1 << 20, 1 << 24, 1 << 26],
     largest_on_cpu: 1 << 20,
     label: |size| size.to_string(),
@@ -68,8 +76,11 @@ fn time(gpu: &Gpu, variant: &str, size: u32, effort: Effort) -> Result<Timing> {
             rec.barrier(both, both);
         });
     }
-    // One element a bin, about, as collisions have it.
-    let keys: Vec<u32> = values.iter().map(|value| value % size).collect();
+    // One element a bin, about, as collisions have it: anywhere, or near where they were in a state that is kept sorted.
+    let is_kept = variant.starts_with("sort/kept");
+    let near = |i: u32, value: u32| (i + value % 256).saturating_sub(128).min(size - 1);
+    let key = |(i, value): (u32, &u32)| if is_kept { near(i, *value) } else { value % size };
+    let keys: Vec<u32> = (0..size).zip(&values).map(key).collect();
     let from = gpu.upload("bench.keys", &keys)?;
     let sort = Bins::new(gpu, sums)?.bind(&from, size)?;
     gpu.once(|rec| sort.record(rec, size, true))?;
@@ -77,7 +88,7 @@ fn time(gpu: &Gpu, variant: &str, size: u32, effort: Effort) -> Result<Timing> {
     if gpu.download::<u32>(sort.firsts())? != firsts || gpu.download::<u32>(sort.order())? != order {
         return Err(wrong(variant));
     }
-    let is_stable = variant == "sort";
+    let is_stable = !variant.ends_with("/unordered");
     runs::time(gpu, effort, |rec| {
         sort.record(rec, size, is_stable);
         rec.barrier(both, both);

@@ -18,7 +18,7 @@ use glam::{uvec2, UVec2};
 pub const SUITE: Suite = Suite {
     sim: "water",
     variants: &VARIANTS,
-    sizes: &[512, 1024, 2048, 4096, 8192],
+    sizes: &[256, 512, 1024, 2048, 4096, 8192],
     largest_on_cpu: 2048,
     label: |size| format!("{size}x{size}"),
     run: |gpu, variant, size, effort| {
@@ -64,6 +64,19 @@ fn bytes_per_cell(variant: &str, tunings: Tunings) -> f64 {
             scheme.bytes_a_column() / f64::from(tunings.steps(scheme))
         }
     }
+}
+
+/// Simulated time of a step (s) on the grids of the linear study: waves of 1 m/s in a basin of 10 m, 0.95 of the longest
+/// step. Of `wet` and `shallow` it is the fastest wave, and current, that goes 1 m/s.
+pub fn step_s(variant: &str, size: u32) -> f64 {
+    let courant = match depths::tier_of(variant) {
+        Some(tier) => tier.courant_limit(),
+        None => {
+            let scheme = Scheme::named(variant);
+            scheme.courant_limit(&scheme.model(starts::model(UVec2::splat(size), scheme.diagonal)))
+        }
+    };
+    0.95 * courant * 10.0 / f64::from(size)
 }
 
 /// As [`ROUNDING`], with u = 2^-11 and one rounding each of the height, 16 * 2.3 u, and of the velocity,
@@ -116,6 +129,9 @@ const GROUPS: [UVec2; 13] = [
     uvec2(8, 8),
 ];
 
+/// Of `shallow`, which are one lane high.
+const WALKS: [UVec2; 3] = [uvec2(32, 1), uvec2(64, 1), uvec2(128, 1)];
+
 /// Cells per second of a variant with every tuning, on a grid of `size` by `size`, the fastest first. A tuning that the
 /// device does not take is left out.
 ///
@@ -132,13 +148,16 @@ pub fn sweep_tuning(
         return Err(Error::NoSuch { what: "variant to tune", wanted: variant.into(), have });
     }
     let effort = Effort { run_ms: 10.0, fewest_runs: 9, budget_s: 0.5 };
-    let rows = [1, 2, 4, 8, 16, 32];
+    let (groups, rows): (&[UVec2], &[u32]) = match depths::tier_of(variant) {
+        Some(Tier::Shallow) => (&WALKS, &[13, 29, 45, 61, 93, 125]),
+        _ => (&GROUPS, &[1, 2, 4, 8, 16, 32]),
+    };
     let mut rates = Vec::new();
-    let tunings = GROUPS.iter().flat_map(|&group| rows.map(|rows| Tuning { group, rows }));
+    let tunings = groups.iter().flat_map(|&group| rows.iter().map(move |&rows| Tuning { group, rows }));
     for (done, tuning) in tunings.enumerate() {
         let Tuning { group, rows: walked } = tuning;
         let now = format!("{}x{}, {walked} rows", group.x, group.y);
-        progress(Progress { done, of: GROUPS.len() * rows.len(), now: &now });
+        progress(Progress { done, of: groups.len() * rows.len(), now: &now });
         let tunings =
             Tunings { waves: tuning, depth: Some(tuning), ..Tunings::for_grid(gpu, UVec2::splat(size)) };
         match step(gpu, variant, size, tunings, effort) {

@@ -5,6 +5,7 @@
 pub mod ballistic;
 pub mod black_hole;
 pub mod disks;
+pub mod particles;
 pub mod system;
 pub mod water;
 
@@ -131,9 +132,17 @@ impl Case {
 
 /// Every case, in the order of the tables.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
-    [water::CASES, water::DEPTH_CASES, black_hole::CASES, ballistic::CASES, disks::CASES, system::CASES]
-        .into_iter()
-        .flatten()
+    [
+        water::CASES,
+        water::DEPTH_CASES,
+        particles::CASES,
+        black_hole::CASES,
+        ballistic::CASES,
+        disks::CASES,
+        system::CASES,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// The cases whose identifier is one of `filters`; for a filter that is none, those whose identifier starts with it; if

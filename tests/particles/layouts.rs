@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Structs that cross to the host lie there as the shaders say.
+
+use std::mem::{offset_of, size_of};
+use whitecap::{
+    gpu::reflect::{reflect, Struct},
+    particles::{Drag, EmitterState, EmitterWords, PoolState, StepParams},
+    shaders,
+};
+
+fn structs(spv: &[u8], name: &str) -> Struct {
+    let all = reflect(spv, &[8; 8]).unwrap().structs;
+    all.get(name).unwrap_or_else(|| panic!("no struct `{name}`, only {:?}", all.keys())).clone()
+}
+
+/// `assert_layout!(spv, "GlslName" == rust::Type { fields })`.
+macro_rules! assert_layout {
+    ($spv:expr, $glsl:literal == $rust:ident { $($field:ident),* $(,)? }) => {{
+        let glsl = structs($spv, $glsl);
+        let fields: Vec<_> = glsl.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(fields, [$((stringify!($field), offset_of!($rust, $field))),*], "fields of `{}`", $glsl);
+        assert_eq!(glsl.bytes, size_of::<$rust>(), "size of `{}`", $glsl);
+    }};
+}
+
+#[test]
+fn structs_of_particles() {
+    for spv in [shaders::PARTICLES_PREPARE_COMP, shaders::PARTICLES_DRAG_COMP] {
+        // The push block holds one struct.
+        assert_layout!(
+            spv,
+            "StepParams" == StepParams { now, dt_ticks, dt_s, life_ticks, seed, capacity, stride, emitters }
+        );
+        assert_layout!(
+            spv,
+            "PoolState"
+                == PoolState {
+                    groups_x,
+                    groups_y,
+                    groups_z,
+                    slots,
+                    quad_vertices,
+                    quad_instances,
+                    quad_first_vertex,
+                    quad_first_instance,
+                    point_vertices,
+                    point_instances,
+                    point_first_vertex,
+                    point_first_instance,
+                    reader_groups_x,
+                    reader_groups_y,
+                    reader_groups_z,
+                    first,
+                    capacity,
+                    stride,
+                    now,
+                    life_ticks,
+                    sources,
+                    births,
+                    appended,
+                    free_first,
+                    free_count,
+                    taken,
+                    turn,
+                    finished,
+                    born,
+                    dropped,
+                    aged,
+                    ended,
+                    spoiled,
+                    born_high,
+                    dropped_high,
+                    aged_high,
+                    ended_high,
+                    spoiled_high,
+                }
+        );
+        assert_layout!(
+            spv,
+            "EmitterState"
+                == EmitterState {
+                    next_low,
+                    next_high,
+                    serial,
+                    first,
+                    from_low,
+                    from_high,
+                    from_serial,
+                    births
+                }
+        );
+        let emitter = structs(spv, "Emitter");
+        let offset = |name: &str| emitter.members.iter().find(|m| m.name == name).unwrap().offset;
+        let vector = |at: usize| [at, at + 4, at + 8];
+        assert_eq!(["at_x_m", "at_y_m", "at_z_m"].map(offset), vector(offset_of!(EmitterWords, at_m)));
+        let velocity = ["velocity_x_mps", "velocity_y_mps", "velocity_z_mps"].map(offset);
+        assert_eq!(velocity, vector(offset_of!(EmitterWords, velocity_mps)));
+        let rest = ["speed_mps", "period_low", "period_high", "batch", "corners", "stream"].map(offset);
+        assert_eq!(
+            rest,
+            [
+                offset_of!(EmitterWords, speed_mps),
+                offset_of!(EmitterWords, period_low),
+                offset_of!(EmitterWords, period_high),
+                offset_of!(EmitterWords, batch),
+                offset_of!(EmitterWords, corners),
+                offset_of!(EmitterWords, stream),
+            ]
+        );
+        assert_eq!(emitter.bytes, size_of::<EmitterWords>());
+    }
+    let law = structs(shaders::PARTICLES_DRAG_COMP, "DragLaw");
+    let offsets: Vec<_> = law.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+    assert_eq!(offsets, [("pull_x", 0), ("pull_y", 4), ("pull_z", 8), ("drag_per_s", 12)]);
+    assert_eq!((offset_of!(Drag, drag_per_s), size_of::<Drag>()), (12, law.bytes));
+}
