@@ -25,14 +25,11 @@ void meet_run(uint i, uint first, uint last) {
 // The part of a row of cells from `lo` to `hi`, cut at the walls or led round.
 void meet_row(uint i, uint row, int lo, int hi) {
     int n = int(p.cells.x);
-    if (PERIODIC && hi - lo + 1 < n) {
-        if (lo < 0) {
-            meet_run(i, start[row + uint(lo + n)], start[row + uint(n)]);
-        } else if (hi >= n) {
-            meet_run(i, start[row], start[row + uint(hi - n + 1)]);
-        }
-    }
+    bool is_whole = PERIODIC && hi - lo + 1 >= n, is_led_round = PERIODIC && !is_whole;
+    if (is_whole) lo = 0, hi = n - 1;
+    if (is_led_round && lo < 0) meet_run(i, start[row + uint(lo + n)], start[row + uint(n)]);
     meet_run(i, start[row + uint(max(lo, 0))], start[row + uint(min(hi, n - 1) + 1)]);
+    if (is_led_round && hi >= n) meet_run(i, start[row], start[row + uint(hi - n + 1)]);
 }
 
 // The cells from lo to hi along an axis of n: how many, and which is the j-th.

@@ -46,21 +46,19 @@ impl Disks {
         let count = disks.len();
         let mut order: Vec<u32> = (0..count as u32).collect();
         order.sort_by_key(|&i| disks[i as usize].radius_m <= grid.small_m); // large ones first
-        let mut made = Self {
+        Self {
             model,
             grid,
             disks: order.iter().map(|&i| disks[i as usize]).collect(),
             id: order,
             partner: vec![NONE; count],
-            start: Vec::new(),
+            start: vec![grid.large as usize; grid.count() + 1], // the first step sorts
             step: 0,
             hit: vec![0; count],
             virial: vec![0.0; count],
             wall: vec![0.0; count],
             collisions: 0,
-        };
-        made.sort();
-        made
+        }
     }
 
     /// The disks, in the order in which they were given.

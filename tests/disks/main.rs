@@ -100,8 +100,7 @@ fn every_response_does_what_the_twin_does_flat_and_solid_between_walls_and_round
                     let start = crowd(space, borders, response, 600, has_large);
                     let grid = Grid::of(&start.model, start.disks.iter().map(|d| d.radius_m));
                     assert_eq!(grid.large > 0, has_large, "{grid:?}");
-                    // The tutorial pushes a large disk by 0.51 of every overlap: with sixty of them, an error grows
-                    // thirtyfold a step.
+                    // A large disk has a hundred contacts, whose pushes add up or follow each other: errors grow faster.
                     let count = if has_large { 2 } else { 4 };
                     let (got, twin) = (run(&gpu, &start, count), twin(&start, count));
                     let (places, velocities) = apart(&start.model, &got, &twin.disks());
