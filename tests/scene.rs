@@ -808,7 +808,10 @@ fn the_built_in_scenes_load_with_their_terrains() {
             "binary_hole",
             "campfire",
             "rain",
-            "fireworks"
+            "fireworks",
+            "gas",
+            "brownian",
+            "avalanche"
         ]
     );
     for (name, title) in builtin::list() {
