@@ -64,7 +64,7 @@ fn a_scene_is_explained_without_a_device() {
     insta::assert_snapshot!(ok(&["check", "sombrero", "--set", "water.0.dt_s=0.1"]));
     insta::assert_snapshot!(ok(&["check", "puddles"]));
     let checked = json(&["check", "fjord", "--json"]);
-    assert_eq!(keys(&checked), ["buffers", "bytes", "passes", "scene", "warnings", "waters"]);
+    assert_eq!(keys(&checked), ["buffers", "bytes", "emitters", "passes", "scene", "warnings", "waters"]);
     assert_eq!(checked["waters"][0]["has_land"], true);
 }
 
