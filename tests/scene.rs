@@ -958,7 +958,9 @@ fn no_heightmap_however_broken_panics() {
 #[test]
 fn a_box_of_disks_is_read_checked_and_filled_without_overlaps() {
     let read = |text: &str| Scene::parse(text, "box.toml", None, &[]);
-    let scene = read("[[disks]]\ncount = 700\nsize_m = [2, 1]\n[[disks.heavy]]\nat_m = [1, 0.5, 0]\nradius_m = 0.2").unwrap();
+    let scene =
+        read("[[disks]]\ncount = 700\nsize_m = [2, 1]\n[[disks.heavy]]\nat_m = [1, 0.5, 0]\nradius_m = 0.2")
+            .unwrap();
     let start = scene.disks[0].start(scene.seed);
     start.model.check(&start.disks).unwrap();
     assert!((500..700).contains(&start.disks.len()), "{} beside the heavy one", start.disks.len());
