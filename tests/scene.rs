@@ -817,7 +817,8 @@ fn the_built_in_scenes_load_with_their_terrains() {
     for (name, title) in builtin::list() {
         let scene = builtin::load(name, &[]).unwrap_or_else(|error| panic!("{error}"));
         assert!(!title.is_empty() && !scene.title.is_empty());
-        assert!(!scene.water.is_empty() || !scene.emitters.is_empty(), "{name}");
+        let simulates = !scene.water.is_empty() || !scene.emitters.is_empty() || !scene.disks.is_empty();
+        assert!(simulates, "{name}");
         let heights = scene.terrain_heights().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(heights.is_some(), scene.terrain.is_some());
         let Some(map) = heights else { continue };
@@ -837,7 +838,7 @@ fn the_built_in_scenes_load_with_their_terrains() {
     assert_eq!(
         error,
         "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles, \
-         black_hole, binary_hole, campfire, rain, fireworks"
+         black_hole, binary_hole, campfire, rain, fireworks, gas, brownian, avalanche"
     );
 }
 
@@ -951,5 +952,29 @@ fn no_heightmap_however_broken_panics() {
                 assert!(map.height_m.iter().all(|height| height.is_finite()));
             }
         }
+    }
+}
+
+#[test]
+fn a_box_of_disks_is_read_checked_and_filled_without_overlaps() {
+    let read = |text: &str| Scene::parse(text, "box.toml", None, &[]);
+    let scene =
+        read("[[disks]]\ncount = 700\nsize_m = [2, 1]\n[[disks.heavy]]\nat_m = [1, 0.5, 0]\nradius_m = 0.2")
+            .unwrap();
+    let start = scene.disks[0].start(scene.seed);
+    start.model.check(&start.disks).unwrap();
+    assert!((500..700).contains(&start.disks.len()), "{} beside the heavy one", start.disks.len());
+    assert_eq!(whitecap::disks::oracle::overlap(&start.model, &start.disks), 0.0);
+    assert!(scene.plan().unwrap().buffers.iter().any(|buffer| buffer.name == "disks.place_m"));
+    for (text, part) in [
+        ("[[disks]]\nsize_m = [2, 1]", "count"),
+        ("[[disks]]\ncount = 0\nsize_m = [2, 1]", "count"),
+        ("[[disks]]\ncount = 9\nsize_m = [2, 1]\nradius_m = [2, 1]", "the least comes first"),
+        ("[[disks]]\ncount = 9\nsize_m = [2, 1]\nto_m = [3, 1, 1]", "within it"),
+        ("[[disks]]\ncount = 9\nspace = \"solid\"\nsize_m = [2, 1]", "size_m"),
+        ("[[disks]]\ncount = 9\nsize_m = [2, 1]\nmass_kg = 1", "mass_kg"),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains(part), "{text:?}: {error}");
     }
 }

@@ -3,10 +3,10 @@
 
 use super::{Case, Context, Outcome};
 use crate::{
-    disks::{edmd::Exact, oracle, starts, starts::Start, Borders, Disk, Model, Response, Space},
+    disks::{edmd::Exact, oracle, starts, Borders, Disk, Model, Response, Space},
     random::{bits, units},
     study::{
-        disks::{watch, Gas, Seen, Variant, Watch},
+        disks::{seed_pressure, watch, Gas, Seen, Variant, Watch},
         Result,
     },
 };
@@ -258,37 +258,7 @@ fn pressure(context: &Context<'_>, name: &str, way: f64) -> Result<Outcome> {
     if variant.response != (Response::Matching { rounds: 3, rewinds: true }) || way < 0.5 || packing > 0.6 {
         return Ok(outcome.note(note));
     }
-    Ok(outcome.seed(seed_pressure(context, packing)?).note(note))
-}
-
-/// Pressure of the tutorial's response on walls at a way of a tenth of a radius, of the exact one, less 1.
-pub(in crate::study) fn seed_pressure(context: &Context<'_>, packing: f64) -> Result<f64> {
-    let start = between_walls(starts::fluid(Space::Flat, 256, packing, 7));
-    let a_second = Model { dt_s: 1.0, ..start.model }.collisions_a_step(&start.disks);
-    let [warm_s, long_s] = [20.0, 80.0].map(|n| (n / a_second).max(10.0));
-    let mut exact = Exact::new(start.model, &start.disks);
-    exact.run(warm_s);
-    exact.reset();
-    exact.run(long_s);
-    let variant = Variant::named("sorted/seed");
-    let model = Model { dt_s: 0.1, response: variant.response, ..start.model };
-    let mut gas = Gas::measuring(context.gpu, &variant, &model, &start.disks, 1, true)?;
-    gas.steps((10.0 * warm_s) as u32)?;
-    let before = gas.impulses()?[1];
-    let steps = (40.0 * long_s) as u32;
-    gas.steps(steps)?;
-    let wall = (gas.impulses()?[1] - before) / (0.1 * f64::from(steps));
-    Ok(wall / (exact.wall / long_s) - 1.0)
-}
-
-/// A box whose lattice leaves room at the walls.
-fn between_walls(mut start: Start) -> Start {
-    start.model.borders = Borders::Walls;
-    for disk in &mut start.disks {
-        let share = disk.at_m / start.model.size_m;
-        disk.at_m = (share * (start.model.size_m - 2.02) + 1.01).with_z(0.0);
-    }
-    start
+    Ok(outcome.seed(seed_pressure(context.gpu, packing, 0.1)?).note(note))
 }
 
 /// Forty pairs, each in a place of its own, as if each began at another phase of a step.
