@@ -2,6 +2,7 @@
 //! GPU simulations for real-time scenes, in Vulkan and GLSL, each checked against an f64 twin on the CPU.
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
+//! - [`mesh`]: triangles for simulations, from files or made, posed on the GPU.
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain.
 //! - [`water`]: heightfield water by virtual pipes.
@@ -13,6 +14,7 @@
 pub mod clock;
 pub mod draw;
 pub mod gpu;
+pub mod mesh;
 pub mod random;
 #[cfg(feature = "tools")]
 pub mod run;

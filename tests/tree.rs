@@ -6,8 +6,16 @@ use std::{fs, path::Path};
 use whitecap::{gpu::reflect::reflect, shaders};
 
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
-const LAYERS: &[&[&str]] =
-    &[&["gpu", "clock", "random"], &["draw"], &["water"], &["scene"], &["run"], &["study"], &["cli"]];
+const LAYERS: &[&[&str]] = &[
+    &["gpu", "clock", "random"],
+    &["mesh"],
+    &["draw"],
+    &["water"],
+    &["scene"],
+    &["run"],
+    &["study"],
+    &["cli"],
+];
 
 fn layer(module: &str) -> usize {
     let found = LAYERS.iter().position(|layer| layer.contains(&module));
