@@ -19,6 +19,13 @@ const MOST_NODES: usize = 1 << 16;
 const MOST_KEYS: usize = 1 << 22;
 
 pub(super) fn decode(bytes: &[u8], beside: impl Fn(&str) -> Result<Vec<u8>, String>) -> Result<Mesh, String> {
+    if bytes.starts_with(b"glTF") {
+        let length =
+            bytes.get(8..12).map_or(0, |word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]));
+        if !(12..=bytes.len() as u64).contains(&u64::from(length)) {
+            return Err(format!("its header says {length} bytes; there are {}", bytes.len()));
+        }
+    }
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(bytes).map_err(|error| error.to_string())?;
     let json = document.into_json();

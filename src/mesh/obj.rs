@@ -9,6 +9,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Mesh, String> {
     if bytes.len() > 1 << 30 {
         return Err(format!("{} bytes; allowed: {}", bytes.len(), 1 << 30));
     }
+    check_indices(bytes)?;
     let options =
         tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
