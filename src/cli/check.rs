@@ -96,20 +96,21 @@ fn verdicts(water: &WaterScene) -> Vec<Vec<String>> {
     let taken = choice.taken();
     let row = |(i, verdict): (usize, &Verdict)| {
         let cost = verdict.ns_per_column_second;
-        let times = |a: f64, b: f64| format!("{} times the cost", short(a / b));
+        let share = cost.zip(taken.ns_per_column_second).map_or(1.0, |(cost, least)| cost / least);
         let misses = water.tolerance.filter(|tolerance| verdict.error() > *tolerance);
         let word = match (&verdict.lacks, misses) {
             _ if i == choice.chosen => "taken".into(),
             (Some(lacks), _) => lacks.clone(),
             (None, Some(tolerance)) => format!("misses {} %", percent(tolerance)),
-            (None, None) if cost > taken.ns_per_column_second => times(cost, taken.ns_per_column_second),
+            (None, None) if cost.is_none() => "cost not measured, so not offered".into(),
+            (None, None) if share > 1.0 => format!("{} times the cost", short(share)),
             (None, None) if choice.is_asked => "not asked for".into(),
-            (None, None) if cost < taken.ns_per_column_second => "a lower rung would do".into(),
+            (None, None) if share < 1.0 => "a lower rung would do".into(),
             (None, None) => "no better".into(),
         };
         let error = [verdict.error(), verdict.model_error, verdict.grid_error].map(percent_expected);
         let [error, model, grid] = error;
-        vec![verdict.name.clone(), error, model, grid, short(cost), word]
+        vec![verdict.name.clone(), error, model, grid, cost.map_or("not measured".into(), short), word]
     };
     choice.verdicts.iter().enumerate().map(row).collect()
 }
