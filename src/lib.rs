@@ -3,12 +3,13 @@
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
+//! - [`prims`]: scan, compaction, counting sort.
+//! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
+//! - [`draw`]: what every picture has: view, targets, sky, terrain, sprites.
+//! - [`water`]: heightfield water by virtual pipes.
+//! - [`particles`]: pools of particles with a law: black holes, drag, the user's own.
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`disks`]: disks and spheres that collide, sorted into cells.
-//! - [`draw`]: what every picture has: view, targets, sky, terrain.
-//! - [`water`]: heightfield water by virtual pipes.
-//! - [`prims`]: scan, compaction, counting sort.
-//! - [`particles`]: pools of particles with a law.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
@@ -19,6 +20,7 @@ pub mod clock;
 pub mod disks;
 pub mod draw;
 pub mod gpu;
+pub mod mesh;
 pub mod particles;
 pub mod prims;
 pub mod random;

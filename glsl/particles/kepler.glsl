@@ -115,8 +115,9 @@ float anomaly_at(Flight f, float q) {
     return x;
 }
 
-// When it first comes within `horizon`, from outside, as time q; negative if never. h2 = cross2(at, w).
+// When it first comes within `horizon`, as time q; 0 if it starts there, or nowhere; negative if never. h2 = cross2(at, w).
 float crossing_of(Flight f, float h2, float horizon) {
+    if (!(f.r > horizon)) return 0.0;
     precise float inward2 = 2.0 * horizon - f.alpha * (horizon * horizon) - h2;
     if (inward2 < 0.0 || (f.sigma >= 0.0 && f.alpha <= 0.0)) return -1.0;
     precise float inward = sqrt(inward2);

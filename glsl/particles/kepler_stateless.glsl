@@ -37,7 +37,6 @@ bool fall(float mu, float horizon, uint age, inout vec3 at, inout vec3 velocity)
     precise float root = sqrt(mu);
     precise vec3 w = velocity / root;
     Flight flight = flight_of(at, w);
-    if (flight.r <= horizon) return false;
     precise float q = float(age) * (1.0 / 65536.0) * root;
     float crossing = crossing_of(flight, cross2(at, w), horizon);
     if (crossing >= 0.0 && crossing <= q) return false;

@@ -221,10 +221,15 @@ impl<T: Real> Flight<T> {
         self.r * u1 + self.sigma * u2 + u3
     }
 
-    /// When it first comes within `horizon`, from outside; negative if never. `h2` is the square of `at x w`.
+    /// When it first comes within `horizon`; 0 if it starts there, or nowhere; negative if never. `h2` is the square of
+    /// `at x w`.
     pub fn crossing(&self, h2: T, horizon: T) -> T {
         let c = T::of;
         let &Self { r, sigma, alpha, .. } = self;
+        let is_outside = r > horizon; // no number is not
+        if !is_outside {
+            return c(0.0);
+        }
         let inward = c(2.0) * horizon - alpha * (horizon * horizon) - h2;
         if inward < c(0.0) || (sigma >= c(0.0) && alpha <= c(0.0)) {
             return c(-1.0);
@@ -317,6 +322,9 @@ mod tests {
     use crate::{particles::oracle::Orbit, random};
     use glam::{dvec3, DVec3};
 
+    /// What rounding may move the horizon by: four units in its last place.
+    const HORIZON_OFF: f64 = 4.0 / 8_388_608.0;
+
     #[test]
     fn single_precision_flies_as_the_oracle_does() {
         // What 99 of 100 and all may be off, over the distance flown about in; measured: a fifth to a half of it.
@@ -331,11 +339,26 @@ mod tests {
                 let w = velocity.map(|v| v / 100.0);
                 let flight = Flight::new(at, w);
                 let crossing = flight.crossing(cross2(at, w), 5.0) / 100.0;
-                match orbit.crossing_s(5.0) {
-                    Some(exact) if crossing >= 0.0 && exact < 10.0 => {
-                        off_s.push((f64::from(crossing) - exact).abs());
-                    }
-                    exact => wrong += u32::from(exact.is_some() != (crossing >= 0.0)),
+                // Who starts on the horizon and leaves is swallowed at once or a turn later, as rounding has it, and who
+                // grazes it crosses it when rounding likes: time has no bound, but the horizon has. A larger one is
+                // always crossed before, a smaller one later or never.
+                let of_horizon = |rounding: f64| orbit.crossing_s(5.0 * (1.0 + rounding));
+                let (early, late) = (of_horizon(HORIZON_OFF), of_horizon(-HORIZON_OFF));
+                if crossing < 0.0 {
+                    wrong += u32::from(late.is_some());
+                } else if early.is_none() {
+                    wrong += 1;
+                } else if early < Some(10.0) {
+                    let got = f64::from(crossing);
+                    let late = late.unwrap_or(f64::INFINITY);
+                    // A turn takes alpha^(-3/2), and alpha = 2 / r - w^2 is rounded as its terms are; a fall from where
+                    // it is takes what r alone sets. Four such roundings are allowed; measured: 2.4.
+                    let r = orbit.at_m.length();
+                    let terms = 2.0 / r + orbit.velocity_mps.length_squared() / 1e4;
+                    let scale = if flight.sigma < 0.0 { 1.0 / r } else { orbit.alpha() };
+                    let rounding = got * (1.0 + 1.5 * terms / scale) / 16_777_216.0;
+                    let off = early.map_or(0.0, |early| early - got).max(got - late).max(0.0);
+                    off_s.push(if off > 0.0 { off / rounding } else { 0.0 });
                 }
                 if orbit.crossing_s(5.0).is_some_and(|crossing| crossing < t) {
                     continue;
@@ -350,10 +373,9 @@ mod tests {
             }
             errors.sort_by(f64::total_cmp);
             let of = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
-            off_s.sort_by(f64::total_cmp);
-            let late = off_s[off_s.len() * 99 / 100];
+            let late = off_s.iter().copied().fold(0.0, f64::max);
             println!(
-                "{population}: 99 % {:.1e}, all {:.1e}; {most} evaluations; crossings {late:.1e} s",
+                "{population}: 99 % {:.1e}, all {:.1e}; {most} evaluations; crossings {late:.2} of rounding",
                 of(0.99),
                 of(1.0)
             );
@@ -364,10 +386,9 @@ mod tests {
                 of(1.0)
             );
             assert!(most <= most_evaluations, "{population}: {most}");
-            // 99 of 100: an orbit that all but grazes the horizon crosses it when rounding likes.
             assert!(
-                late < 1e-4 && wrong == 0 && off_s.len() > 2000,
-                "{population}: {late:e} s, {wrong} wrong"
+                late < 4.0 && wrong == 0 && off_s.len() > 2000,
+                "{population}: {late} of rounding, {wrong} wrong"
             );
         }
     }

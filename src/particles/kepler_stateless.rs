@@ -107,9 +107,6 @@ pub fn fall(
     let root = mu.sqrt();
     let w = velocity.map(|v| v / root);
     let flight = Flight::new(at, w);
-    if flight.r <= horizon {
-        return None;
-    }
     let mut q = age as f32 * (1.0 / 65536.0) * root;
     let crossing = flight.crossing(cross2(at, w), horizon);
     if crossing >= 0.0 && crossing <= q {
@@ -131,9 +128,6 @@ pub fn swallowed_s(mu: f32, horizon: f32, at: Triple<f32>, velocity: Triple<f32>
     let root = mu.root();
     let w = velocity.map(|v| v / root);
     let flight = Flight::new(at, w);
-    if flight.r <= horizon {
-        return Some(0.0);
-    }
     let crossing = flight.crossing(cross2(at, w), horizon);
     (crossing >= 0.0).then_some(crossing / root)
 }

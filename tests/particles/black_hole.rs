@@ -62,7 +62,7 @@ fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
     for law in laws() {
         let name = format!("{} x{} with {:?}", law.integrator, law.substeps, law.holes);
         let (narrow, exact) = (Law::<f32>::new(&law), Law::<f64>::new(&law));
-        let (mut swallowed, mut different, mut far) = (0, 0, 0);
+        let (mut swallowed, mut different, mut mistaken, mut far) = (0, 0, 0, 0.0f64);
         for (from, (got, end)) in particles
             .iter()
             .zip(Fates::new(&gpu, &law, &particles).unwrap().run(1000, dt_ticks, steps).unwrap())
@@ -75,14 +75,27 @@ fn every_integrator_is_its_twin_to_the_bit_and_its_f64_twin_to_rounding() {
             let near = end.zip(want_end).is_none_or(|(a, b)| (f64::from(a) - b).abs() < 1e-6);
             assert!(near, "{name}: {from:?} ends at {end:?}, twin at {want_end:?}");
             let mut true_body = wide(from);
-            if exact.run(&mut true_body, 1000, dt_ticks, steps).is_none() && end.is_none() {
+            let true_end = exact.run(&mut true_body, 1000, dt_ticks, steps);
+            mistaken += u32::from(true_end.is_some() != end.is_some());
+            if true_end.is_none() && end.is_none() {
                 let r = place(true_body.at_m).length().max(20.0);
-                far +=
-                    u32::from((place(got.at_m.map(f64::from)) - place(true_body.at_m)).length() > 1e-4 * r);
+                far = far.max((place(got.at_m.map(f64::from)) - place(true_body.at_m)).length() / r);
             }
         }
-        println!("{name}: {swallowed} swallowed, {different} differ, {far} far from f64");
+        // Each update of a place rounds it by half of a unit, this way or that; the largest of 700 sums of them measured is
+        // 1.2 to 2.2 of their root mean square, on every device alike where it is exact.
+        let updates = match law.integrator {
+            Integrator::Euler | Integrator::HalfKick | Integrator::Rk4 | Integrator::Kepler => 1,
+            Integrator::Leapfrog | Integrator::LogH => 2,
+            Integrator::ForestRuth => 6,
+        };
+        let bound = 4.0 / 16_777_216.0 * f64::from(updates * law.substeps * steps).sqrt();
+        println!("{name}: {swallowed} swallowed, {different} differ, {mistaken} not as f64, {far:.1e} of {bound:.1e}");
         assert!(swallowed > 30, "{name}: {swallowed}");
+        assert!(
+            far < bound && mistaken <= 1,
+            "{name}: {far:e} from f64, allowed is {bound:e}; {mistaken} mistaken"
+        );
         if gpu.is_exact() {
             assert_eq!(different, 0, "{name}");
         }

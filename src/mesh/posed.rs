@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A mesh on the GPU, posed in the world. Reads `glsl/mesh/pose.comp`.
+
+use super::Mesh;
+use crate::{
+    gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
+    shaders,
+};
+use glam::{Mat3, Mat4};
+
+/// Words of a vertex at rest: place, normal, texture coordinates, joints, weights.
+pub const VERTEX_WORDS: usize = 13;
+
+/// Push constants: `PoseParams` in `glsl/mesh/pose.comp`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct PoseParams {
+    /// Vertices of the mesh.
+    pub vertices: u32,
+    /// Joints of the mesh; of matrices there are three times as many.
+    pub joints: u32,
+    /// What turns the difference of the second and the third pose into a velocity (1/s).
+    pub rate_per_s: f32,
+}
+
+/// The kernel. It holds no mesh, so it poses any number of them.
+pub struct Pose {
+    pose: Kernel,
+    gpu: Gpu,
+}
+
+impl Pose {
+    /// What the matrices must be visible to before [`Posed::record`].
+    pub const ENTRY: Access = Access::ComputeReadWrite;
+    /// How [`Posed::record`] touched it last.
+    pub const EXIT: Access = Access::ComputeReadWrite;
+
+    /// # Errors
+    /// The device's.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        let info = KernelInfo {
+            name: c"mesh.pose",
+            spv: shaders::MESH_POSE_COMP,
+            blocks: &["Rest", "Matrices", "Places"],
+            constants: &[],
+        };
+        Ok(Self { pose: Kernel::new::<PoseParams>(gpu, &info)?, gpu: gpu.clone() })
+    }
+
+    /// `mesh` on the device, not posed yet.
+    ///
+    /// # Errors
+    /// If the device has no room, or cannot see a buffer of that size.
+    pub fn mesh(&self, mesh: &Mesh) -> Result<Posed> {
+        let gpu = &self.gpu;
+        let mut words: Vec<f32> = Vec::with_capacity(VERTEX_WORDS * mesh.at_m.len());
+        for (i, hold) in mesh.hold.iter().enumerate() {
+            let [a, b, c, d] = hold.joints.map(u32::from);
+            words.extend(mesh.at_m[i].to_array());
+            words.extend(mesh.normals[i].to_array());
+            words.extend(mesh.uv.get(i).copied().unwrap_or_default().to_array());
+            words.extend([a | b << 16, c | d << 16].map(f32::from_bits));
+            words.extend(&hold.weights[..3]); // the last is what is left to 1
+        }
+        let device = |name: &str, bytes: usize| Buffer::new(gpu, name, bytes as u64, Residence::Device);
+        let rest = device("mesh.rest", 4 * words.len())?;
+        gpu.upload_to(&rest, &words)?;
+        let triangles = device("mesh.triangles", 12 * mesh.triangles.len())?;
+        gpu.upload_to(&triangles, &mesh.triangles)?;
+        let joints = mesh.rig.joints.len();
+        let matrices = device("mesh.matrices", 3 * 48 * joints)?;
+        let places = device("mesh.places", 24 * mesh.at_m.len())?;
+        let bound = self.pose.bind(&[
+            ("Rest", (&rest).into()),
+            ("Matrices", (&matrices).into()),
+            ("Places", (&places).into()),
+        ])?;
+        Ok(Posed { rest, triangles, matrices, places, bound, mesh: mesh.clone(), gpu: gpu.clone() })
+    }
+}
+
+/// A mesh on the device.
+pub struct Posed {
+    rest: Buffer,
+    triangles: Buffer,
+    matrices: Buffer,
+    places: Buffer,
+    bound: Bound,
+    mesh: Mesh,
+    gpu: Gpu,
+}
+
+impl Posed {
+    /// Poses the mesh as it is at `time_s`, placed by `world`, with the velocities of the step of `dt_s` before; `world` one
+    /// step before is `world_before`.
+    ///
+    /// # Errors
+    /// If the device has no room for the matrices on their way.
+    pub fn record(
+        &self,
+        rec: &mut Recorder<'_>,
+        time_s: f64,
+        dt_s: f64,
+        world: Mat4,
+        world_before: Mat4,
+    ) -> Result<()> {
+        let (matrices, rate_per_s) = self.matrices_at(time_s, dt_s, world, world_before);
+        let staging = Buffer::staging(&self.gpu, "mesh.matrices.staging", &matrices)?;
+        rec.barrier(Access::ComputeRead, Access::CopyWrite);
+        rec.copy(&staging, &self.matrices);
+        rec.barrier(Access::CopyWrite, Access::ComputeRead);
+        let vertices = self.mesh.at_m.len() as u32;
+        let params = PoseParams { vertices, joints: self.mesh.rig.joints.len() as u32, rate_per_s };
+        rec.span(c"mesh.pose", |rec| rec.dispatch(&self.bound, [vertices, 1, 1], &params));
+        Ok(())
+    }
+
+    /// Three matrices of three rows a joint (now, and the two whose difference is the velocity), and what turns that
+    /// difference into a velocity (1/s).
+    pub fn matrices_at(
+        &self,
+        time_s: f64,
+        dt_s: f64,
+        world: Mat4,
+        world_before: Mat4,
+    ) -> (Vec<[f32; 12]>, f32) {
+        let rig = &self.mesh.rig;
+        let (mut from_s, mut to_s, mut rate) = rig.velocity_window(time_s, dt_s);
+        if !rig.moves() && world != world_before {
+            (from_s, to_s, rate) = (0.0, 0.0, if dt_s > 0.0 { 1.0 / dt_s as f32 } else { 0.0 });
+        }
+        let rows = |world: Mat4, joints: Vec<Mat4>| -> Vec<[f32; 12]> {
+            joints
+                .into_iter()
+                .map(|joint| {
+                    let m = world * joint;
+                    let basis = Mat3::from_mat4(m).transpose();
+                    let row = |r: glam::Vec3, w: f32| [r.x, r.y, r.z, w];
+                    let [a, b, c] = [
+                        row(basis.x_axis, m.w_axis.x),
+                        row(basis.y_axis, m.w_axis.y),
+                        row(basis.z_axis, m.w_axis.z),
+                    ];
+                    std::array::from_fn(|i| [a, b, c][i / 4][i % 4])
+                })
+                .collect()
+        };
+        let mut all = rows(world, rig.pose(time_s));
+        all.extend(rows(world_before, rig.pose_within(from_s)));
+        all.extend(rows(world, rig.pose_within(to_s)));
+        (all, rate)
+    }
+
+    /// For each vertex place (m) and velocity (m/s), six `f32`.
+    pub fn places(&self) -> &Buffer {
+        &self.places
+    }
+
+    /// For each vertex [`VERTEX_WORDS`] words: place, normal, texture coordinates, two joints a word, weights.
+    pub fn rest(&self) -> &Buffer {
+        &self.rest
+    }
+
+    /// Three corners a triangle, `u32`.
+    pub fn triangles(&self) -> &Buffer {
+        &self.triangles
+    }
+
+    /// What is posed.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+}
