@@ -45,8 +45,8 @@ pub(super) struct Tally {
     pub gain_m3: f64,
     /// In the scheme's units; `None` where the scheme has none.
     pub energy: Option<f64>,
-    /// Lowest and highest point of the surface (m above rest).
-    pub between_m: [f32; 2],
+    /// Lowest and highest point of the surface (m above rest); `None` if no column is wet.
+    pub between_m: Option<[f32; 2]>,
     /// Of water over ground.
     pub depths: Option<Depths>,
 }
@@ -287,10 +287,7 @@ impl Basin {
                 at_rest_m3: area * depth_m * wet.clone().count() as f64,
                 gain_m3: area * oracle::volume(height),
                 energy,
-                between_m: [
-                    wet.clone().fold(f32::MAX, |m, &h| m.min(h)),
-                    wet.fold(f32::MIN, |m, &h| m.max(h)),
-                ],
+                between_m: between(wet.copied()),
                 depths: None,
             }
         };
@@ -355,12 +352,11 @@ impl Ground {
         let still = |i: usize| f64::from((-columns.bed_m[i]).max(0.0));
         let limit = self.model.cell_m / self.model.dt_s;
         let speeds = || speeds(&self.model, tier, columns, &depths_m);
-        let between = open().filter(wet).map(|i| surfaces_m[i] as f32);
         Tally {
             at_rest_m3: area * open().map(still).sum::<f64>(),
             gain_m3: area * oracle::volume(&columns.rise_m),
             energy: energy(&self.model, tier, columns),
-            between_m: [between.clone().fold(f32::MAX, f32::min), between.fold(f32::MIN, f32::max)],
+            between_m: between(open().filter(wet).map(|i| surfaces_m[i] as f32)),
             depths: Some(Depths {
                 deepest_m: open().map(|i| depths_m[i]).fold(0.0, f64::max),
                 least_m: open().map(|i| depths_m[i]).fold(f64::MAX, f64::min),
@@ -422,4 +418,11 @@ fn energy_from_rest(model: &sim::Model, height_m: &[f32]) -> f64 {
     let pulls = laplacians(model, &heights);
     let velocity: Vec<f32> = pulls.iter().map(|pull| (-0.5 * model.pull() * pull) as f32).collect();
     oracle::energy(model, height_m, &velocity)
+}
+
+/// Lowest and highest of some heights (m), if there are any.
+fn between(heights_m: impl Iterator<Item = f32>) -> Option<[f32; 2]> {
+    heights_m.fold(None, |so_far: Option<[f32; 2]>, h| {
+        Some(so_far.map_or([h, h], |[low, high]| [low.min(h), high.max(h)]))
+    })
 }

@@ -80,10 +80,10 @@ pub struct WaterStats {
     pub volume_given_m3: f64,
     /// Energy at the end, of that at the start; absent for a start at rest, and where a scheme has none.
     pub energy_relative: Option<f64>,
-    /// Lowest point (m above rest).
-    pub lowest_m: f32,
+    /// Lowest point (m above rest); `null` if no column is wet, as is the highest.
+    pub lowest_m: Option<f32>,
     /// Highest point (m above rest).
-    pub highest_m: f32,
+    pub highest_m: Option<f32>,
     /// Of water over ground at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depths: Option<Depths>,
