@@ -284,6 +284,8 @@ bool advance(inout Particle it, float dt_s) {
             }
         }
     }
+    // What has no place or no speed any more is not stored: who is so far that squares overflow, too.
+    if (!(dot3(at, at) < 3e38 && dot3(v, v) < 3e38)) return false;
     it.at_m = at;
     it.velocity_mps = v;
     return true;

@@ -253,6 +253,10 @@ impl<T: Real> Law<T> {
                 })
             }
         };
+        let is_number = dot(at, at) < T::of(3e38) && dot(v, v) < T::of(3e38);
+        if swallowed.is_none() && !is_number {
+            return Some(T::of(0.0));
+        }
         if swallowed.is_none() {
             (body.at_m, body.velocity_mps) = (at, v);
         }

@@ -83,3 +83,42 @@ fn an_hour_of_turns_is_counted_without_loss() {
     assert!(off < 2e-6 * turns, "{off:e} after {turns} turns");
     assert_eq!(swallowed_s(mu, 5.0, [6.0, 0.0, 0.0], velocity), None);
 }
+
+#[test]
+fn a_flight_without_a_memory_is_as_exact_as_the_rule_predicts() {
+    use whitecap::{
+        particles::choose::{Holes, Need},
+        study::black_hole::{ellipses, orbit},
+    };
+    for (closest_m, farthest_m) in [(5.5, 60.0), (10.0, 60.0), (20.0, 60.0), (6.0, 6.5), (5.5, 200.0)] {
+        let bodies = ellipses(2000, closest_m, farthest_m, true);
+        for ticks in [655_200, 6_552_000, 65_520_000] {
+            let life_s = f64::from(ticks) / 65536.0;
+            let need = Need {
+                tolerance: 1.0,
+                dt_s: 1.0 / 60.0,
+                life_s,
+                mu_m3ps2: 1e4,
+                horizon_m: 5.0,
+                closest_m,
+                farthest_m,
+                holes: Holes::OneAtRestWithFountain,
+            };
+            let mut errors: Vec<f64> = bodies
+                .iter()
+                .map(|from| {
+                    let (to, _) = fall(1e4, 5.0, ticks, from.at_m, from.velocity_mps).unwrap();
+                    let there = orbit(from).after(life_s).at_m;
+                    (DVec3::from_array(to.map(f64::from)) - there).length() / farthest_m
+                })
+                .collect();
+            errors.sort_by(f64::total_cmp);
+            let (measured, predicted) = (errors[errors.len() * 99 / 100], need.choose().predicted);
+            println!(
+                "{closest_m} to {farthest_m} m, {:.1} turns: {measured:.1e}, predicted {predicted:.1e}",
+                need.turns()
+            );
+            assert!(measured <= predicted, "{need:?}: {measured:e} measured, {predicted:e} predicted");
+        }
+    }
+}

@@ -224,15 +224,18 @@ fn at_the_centre(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         [[0.0; 3], [1e-30, 0.0, 0.0], [0.0, -1e-7, 0.0], [f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0]];
     let mut bodies: Vec<_> = places.iter().map(|&at_m| Body { at_m, ..still }).collect();
     bodies.extend(places.iter().map(|&at_m| Body { at_m, velocity_mps: [3.0, -40.0, 0.5], born: 0 }));
+    bodies.extend([f32::NAN, f32::INFINITY].map(|speed| Body {
+        at_m: [30.0, 0.0, 0.0],
+        velocity_mps: [0.0, speed, 0.0],
+        born: 0,
+    }));
     let mut bad = 0;
     for horizon_m in [HORIZON_M as f32, 0.0] {
         let bare = Hole { horizon_m, ..hole() };
         for (from, (to, end)) in bodies.iter().zip(fates(context.gpu, variant, bare, &bodies, (1092, 30))?) {
-            // Who had no place keeps none, and is gone; who is infinitely far is not pulled.
-            let is_number = from.at_m.iter().any(|x| !x.is_finite())
-                || to.at_m.iter().chain(&to.velocity_mps).all(|x| x.is_finite());
-            let is_far = from.at_m.iter().any(|x| x.is_infinite());
-            bad += usize::from(!is_number) + usize::from(end.is_none() && !is_far);
+            // Who had no place or speed keeps none, and is gone.
+            let is_finite = |it: &Body<f32>| it.at_m.iter().chain(&it.velocity_mps).all(|x| x.is_finite());
+            bad += usize::from(is_finite(from) && !is_finite(&to)) + usize::from(end.is_none());
         }
     }
     let mut by_the_book = still;
