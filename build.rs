@@ -35,7 +35,8 @@ fn main() {
         // A static has one place in the binary; the bytes of a constant are copied into each unit that names it.
         let count = bytes.len();
         writeln!(code, "static {name}_BYTES: [u8; {count}] = *include_bytes!({spv:?});").expect("a String");
-        writeln!(code, "/// `glsl/{module}/{file}`.\npub const {name}: &[u8] = &{name}_BYTES;").expect("a String");
+        writeln!(code, "/// `glsl/{module}/{file}`.\npub const {name}: &[u8] = &{name}_BYTES;")
+            .expect("a String");
         writeln!(all, "    (\"{module}.{stem}.{kind}\", {name}),").expect("a String");
     }
     writeln!(
