@@ -24,12 +24,18 @@ fn main() {
             continue;
         };
         let source = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-        let words = compiler.compile(&source, &path, stage).unwrap_or_else(|e| panic!("\n{e}\n"));
+        let mut words = compiler.compile(&source, &path, stage).unwrap_or_else(|e| panic!("\n{e}\n"));
+        if env::var("PROFILE").as_deref() == Ok("release") {
+            words = without_source(&words);
+        }
         let spv = format!("{out}/{module}.{stem}.{kind}.spv");
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        fs::write(&spv, bytes).unwrap_or_else(|e| panic!("{spv}: {e}"));
+        fs::write(&spv, &bytes).unwrap_or_else(|e| panic!("{spv}: {e}"));
         let name = format!("{module}_{stem}_{kind}").to_uppercase();
-        writeln!(code, "/// `glsl/{module}/{file}`.\npub const {name}: &[u8] = include_bytes!({spv:?});")
+        // A static has one place in the binary; the bytes of a constant are copied into each unit that names it.
+        let count = bytes.len();
+        writeln!(code, "static {name}_BYTES: [u8; {count}] = *include_bytes!({spv:?});").expect("a String");
+        writeln!(code, "/// `glsl/{module}/{file}`.\npub const {name}: &[u8] = &{name}_BYTES;")
             .expect("a String");
         writeln!(all, "    (\"{module}.{stem}.{kind}\", {name}),").expect("a String");
     }
@@ -44,6 +50,26 @@ fn main() {
     )
     .expect("a String");
     fs::write(format!("{out}/shaders.rs"), code).expect("OUT_DIR is writable");
+}
+
+/// The module without the text of its source and the lines that point into it, a third of its size; names stay, as
+/// reflection needs them.
+fn without_source(words: &[u32]) -> Vec<u32> {
+    const SOURCE_CONTINUED: u32 = 2;
+    const SOURCE: u32 = 3;
+    const STRING: u32 = 7;
+    const LINE: u32 = 8;
+    const NO_LINE: u32 = 317;
+    let (header, mut rest) = words.split_at(5);
+    let mut out = header.to_vec();
+    while let Some(first) = rest.first() {
+        let (one, after) = rest.split_at((first >> 16) as usize);
+        if !matches!(first & 0xffff, SOURCE_CONTINUED | SOURCE | STRING | LINE | NO_LINE) {
+            out.extend(one);
+        }
+        rest = after;
+    }
+    out
 }
 
 /// Module, file name and path of everything under `glsl/`, sorted, so that builds are reproducible.

@@ -33,7 +33,8 @@ vec2 within(float a, float b) {
 }
 
 void main() {
-    uint i = gl_GlobalInvocationID.x;
+    // In rows: no device allows fewer than 65535 workgroups a dimension, and some no more.
+    uint i = gl_GlobalInvocationID.y * (gl_NumWorkGroups.x * gl_WorkGroupSize.x) + gl_GlobalInvocationID.x;
     Sprite sprite;
     if (!sprite_of(i, sprite)) return;
     vec4 clip = view.clip_from_world * vec4(sprite.at_m, 1.0);

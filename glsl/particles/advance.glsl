@@ -120,7 +120,7 @@ void main() {
                 uint j = v - sources;
                 it[k] = born_at(j, dt_s[k]);
                 if (compaction == COMPACT_IN_PLACE) {
-                    slot[k] = j < pool.taken ? places[(pool.free_first - pool.taken + j) % (2u * p.capacity)]
+                    slot[k] = j < pool.taken ? places[(pool.free_first + 2u * p.capacity - pool.taken + j) % (2u * p.capacity)]
                                              : sources + (j - pool.taken);
                 }
             }
@@ -244,6 +244,8 @@ void main() {
         if (living > 0u) atomicAdd(low_count, living);
     }
 
+    // What other invocations have appended comes before the word that this workgroup has finished.
+    if (compaction == COMPACT_SUBGROUP || compaction == COMPACT_ATOMIC) memoryBarrierBuffer();
     barrier();
     if (lane != 0u) return;
     if (compaction == COMPACT_STABLE) {

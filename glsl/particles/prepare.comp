@@ -127,7 +127,7 @@ void main() {
     if (lane != 0u) return;
 
     uint taken = compaction == COMPACT_IN_PLACE ? min(taken_in, pool.free_count) : 0u;
-    pool.free_first += taken;
+    pool.free_first = (pool.free_first + taken) % (2u * p.capacity);  // the queue is a ring: a count would jump where it wraps
     pool.free_count -= taken;
     pool.taken = taken;
     pool.first = first;

@@ -263,7 +263,8 @@ pub fn birth(effect: Builtin, p: &Params, who: Who, emitter_m: Vec3) -> Birth {
             let r = reach_of(Wide { high: fuse_s, low: 0.0 }, p.acceleration.w);
             let pull = p.acceleration.truncate();
             let at_m = position(emitter_m, launch, pull, &r);
-            let velocity_mps = velocity(launch, pull, &r) + direction_of([a, b]) * (7.0 + 1.5 * c);
+            let thrown_mps = if who.member == 0 { 0.0 } else { 7.0 + 1.5 * c };
+            let velocity_mps = velocity(launch, pull, &r) + direction_of([a, b]) * thrown_mps;
             Birth { at_m, velocity_mps, delay_s: fuse_s }
         }
     }
@@ -300,7 +301,8 @@ pub fn birth_f64(effect: Builtin, p: &Params, who: Who, emitter_m: DVec3) -> Bir
             let fuse_s = 1.3 + 0.4 * e;
             let launch = dvec3(8.0 * f - 4.0, 24.0 + 4.0 * g, 8.0 * h - 4.0);
             let (pull, drag) = (p.acceleration.truncate().as_dvec3(), f64::from(p.acceleration.w));
-            let v = velocity_f64(launch, pull, fuse_s, drag) + direction_f64([a, b]) * (7.0 + 1.5 * c);
+            let thrown_mps = if who.member == 0 { 0.0 } else { 7.0 + 1.5 * c };
+            let v = velocity_f64(launch, pull, fuse_s, drag) + direction_f64([a, b]) * thrown_mps;
             let at_m = position_f64(emitter_m, launch, pull, fuse_s, drag);
             BirthF64 { at_m, velocity_mps: v, delay_s: fuse_s }
         }

@@ -4,7 +4,7 @@
 use super::Stage;
 use crate::{
     gpu::{
-        Access, Blend, Bound, Buffer, Depth, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder,
+        Access, Blend, Bound, Buffer, Depth, Error, Gpu, Kernel, KernelInfo, Raster, RasterInfo, Recorder,
         Residence, Resource, Result, Topology,
     },
     shaders,
@@ -148,8 +148,12 @@ impl Splats {
     /// Of effects that are compiled with `SPLATS_PACKED`.
     ///
     /// # Errors
-    /// The device's: not every one has atomics of 64 bits, see [`Gpu::has_wide_atomics`].
+    /// [`Error::Interface`] on a device without atomics of 64 bits, see [`Gpu::has_wide_atomics`]; else the device's.
     pub fn packed(gpu: &Gpu, stage: &Stage) -> Result<Self> {
+        if !gpu.has_wide_atomics() {
+            let what = format!("{} has no atomics of 64 bits", gpu.name());
+            return Err(Error::Interface { kernel: "draw.splat_over_packed".into(), what });
+        }
         Self::of(gpu, stage, c"draw.splat_over_packed", shaders::DRAW_SPLAT_OVER_PACKED_COMP)
     }
 
@@ -187,6 +191,8 @@ pub struct SplatSprites {
 impl SplatSprites {
     /// What the effect's buffers must be visible to before [`SplatSprites::record`].
     pub const ENTRY: Access = Access::ComputeRead;
+    /// Sprites in a row of as many workgroups of 128 as every device allows.
+    const ROW: u32 = 65_535 * 128;
 
     /// `spv`: the effect's kernel, of `draw/sprites_splat.glsl`; `resources` as in [`SpritesInfo`]; `P`: its push constants.
     ///
@@ -217,9 +223,10 @@ impl SplatSprites {
     /// [`Stage::record_layers`].
     ///
     /// # Panics
-    /// If the device cannot count that many workgroups, or `params` is not the effect's.
+    /// If `params` is not the effect's.
     pub fn record<P: bytemuck::Pod>(&self, rec: &mut Recorder<'_>, count: u32, params: &P) {
-        rec.span(self.name, |rec| rec.dispatch(&self.bound, [count, 1, 1], params));
+        let threads = [count.min(Self::ROW), count.div_ceil(Self::ROW), 1];
+        rec.span(self.name, |rec| rec.dispatch(&self.bound, threads, params));
     }
 }
 

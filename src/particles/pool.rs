@@ -486,7 +486,8 @@ impl Pool {
     /// The device's.
     pub fn living(&self) -> gpu::Result<Vec<Particle>> {
         let (mut all, state) = self.download()?;
-        all.retain(|it| state.now.wrapping_sub(it.born) < state.life_ticks);
+        // A slot that is free keeps its birth: on a clock that wraps it would look young again.
+        all.retain(|it| state.now.wrapping_sub(it.born) < state.life_ticks && it.at_m.x != NOWHERE_M);
         Ok(all)
     }
 
@@ -526,6 +527,9 @@ impl Pool {
         Ok(())
     }
 }
+
+/// Where nobody is: of a free slot. `NOWHERE_M` in `glsl/particles/particle.glsl`.
+const NOWHERE_M: f32 = 3.0e38;
 
 /// A word that no pass reads or writes stands behind every plane and every list of a pool, and stays what it is.
 const CANARY: u32 = 0xdead_beef;
