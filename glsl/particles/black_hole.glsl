@@ -284,9 +284,9 @@ bool advance(inout Particle it, float dt_s) {
             }
         }
     }
-    // What has no place or no speed any more is not stored: who is so far that squares overflow, too.
-    if (!(dot3(at, at) < 3e38 && dot3(v, v) < 3e38)) return false;
     it.at_m = at;
     it.velocity_mps = v;
-    return true;
+    // Who has no place or no speed any more, or is so far that squares overflow, ends: the pool counts and stores no such
+    // number.
+    return dot3(at, at) < 3e38 && dot3(v, v) < 3e38;
 }

@@ -37,7 +37,9 @@ void main() {
     precise float end_s = -1.0;
     for (uint step = 0u; step < p.steps; ++step) {
         tick_now = p.now + (step + 1u) * p.dt_ticks;
+        Particle before = it;
         if (!advance(it, p.dt_s)) {
+            if (!(dot3(it.at_m, it.at_m) < 3e38 && dot3(it.velocity_mps, it.velocity_mps) < 3e38)) it = before;
             end_s = float(step) * p.dt_s + swallowed_s;
             break;
         }

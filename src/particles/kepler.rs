@@ -322,8 +322,9 @@ mod tests {
     use crate::{particles::oracle::Orbit, random};
     use glam::{dvec3, DVec3};
 
-    /// What rounding may move the horizon by: four units in its last place.
-    const HORIZON_OFF: f64 = 4.0 / 8_388_608.0;
+    /// What rounding may move the horizon by: sixteen units in its last place. Measured: ten, on an orbit that is all but a
+    /// circle (e = 0.035), where the cosine of the anomaly is (1 - alpha r) / e and rounding grows by 1 / e.
+    const HORIZON_OFF: f64 = 16.0 / 8_388_608.0;
 
     #[test]
     fn single_precision_flies_as_the_oracle_does() {
