@@ -26,7 +26,8 @@ layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in s
 layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Emitters { Emitter emitters[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Births { EmitterState births[]; };
-// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: a queue of free slots.
+// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: nothing, a free slot has its place in
+// the queue of free slots for a y.
 layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 
 const uint tile = group * items;
@@ -39,7 +40,8 @@ shared uint base;                // where the first goes
 const uint PARTS = 32u;
 shared uint counted[group];  // living particles of tiles before this one, in parts
 shared uint parts[PARTS];
-shared uint staged[2u * tile];
+const uint ABREAST = 2u;  // words that are gathered between two barriers
+shared uint staged[2u * ABREAST * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
 
 // Below 2^127: neither infinite nor no number, and nowhere near NOWHERE_M.
@@ -56,14 +58,14 @@ void rank_tile() {
     barrier();
     for (uint part = gl_LocalInvocationIndex; part < PARTS; part += group) {
         uint sum = 0u;
-        for (uint k = part; k < group; k += PARTS) sum += counted[k];
+        [[unroll]] for (uint k = 0u; k < group; k += PARTS) {
+            if (k + part < group) sum += counted[k + part];
+        }
         parts[part] = sum;
     }
     for (uint w = gl_LocalInvocationIndex; w < marks; w += group) {
         uint before = 0u;
-        for (uint k = 0u; k < marks; ++k) {
-            if (k < w) before += bitCount(gone[k]);
-        }
+        [[unroll]] for (uint k = 0u; k < marks; ++k) before += k < w ? bitCount(gone[k]) : 0u;
         gone_before[w] = before;
         if (w == marks - 1u) written = tile - before - bitCount(gone[w]);
     }
@@ -81,19 +83,13 @@ uint law_tick() { return p.now; }
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint t = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint sources = pool.sources, all = sources + pool.births;
+    uint sources = pool.sources, all = sources + pool.births - pool.taken;
     if (t * tile >= all) return;  // the whole workgroup
     uint start = p.now - p.dt_ticks;
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
     if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
 
-    uint own = 0u, block = t / BLOCK;
-    if (compaction == COMPACT_STABLE) {
-        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile);
-        for (uint k = block * BLOCK + lane; k < end; k += group) own += places[counts + k];
-    }
-
-    // Read all first: loads are under way together.
+    // Read all first: loads are under way together, those of the counts among them.
     Particle it[items];
     uint slot[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -106,6 +102,16 @@ void main() {
         if (v < sources) it[k] = load_record(slot[k], start);
         else it[k] = Particle(vec3(0.0), vec3(0.0), start - p.life_ticks);
     }
+    // Stable: survivors before the block, those of its tiles before this one (in parts), and the births among them.
+    uint own = 0u, to = 0u, block = t / BLOCK;
+    if (compaction == COMPACT_STABLE) {
+        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile) + block * BLOCK;
+        [[unroll]] for (uint k = 0u; k < BLOCK; k += group) {
+            uint before = k + lane;
+            if (before < BLOCK && block * BLOCK + before < end) own += places[counts + before];
+        }
+        to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
+    }
     bool lives[items];
     float dt_s[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -113,23 +119,21 @@ void main() {
         dt_s[k] = p.dt_s;
         if (v < sources) {
             lives[k] = is_alive(it[k].born, start, p.life_ticks);
-            if (compaction == COMPACT_IN_PLACE) lives[k] = lives[k] && it[k].at_m.x != NOWHERE_M;
+            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
+                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+                uint round = 2u * p.capacity, place = floatBitsToUint(it[k].at_m.y);
+                uint j = (place + round - (pool.free_first + round - pool.taken) % round) % round;
+                lives[k] = j < pool.taken;
+                if (lives[k]) it[k] = born_at(j, dt_s[k]);
+            }
         } else {
             lives[k] = v < all;
-            if (v < all) {
-                uint j = v - sources;
-                it[k] = born_at(j, dt_s[k]);
-                if (compaction == COMPACT_IN_PLACE) {
-                    slot[k] = j < pool.taken ? places[(pool.free_first + 2u * p.capacity - pool.taken + j) % (2u * p.capacity)]
-                                             : sources + (j - pool.taken);
-                }
-            }
+            if (v < all) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
         }
     }
 
     // Stable: the place of each is known before it is moved.
     uint rank[items];
-    uint to = 0u;
     if (compaction == COMPACT_STABLE) {
         barrier();
         [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -138,9 +142,7 @@ void main() {
         }
         counted[lane] = own;
         rank_tile();
-        // Survivors before the block, those of its tiles before this one, and the births among them.
-        to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
-        for (uint k = 0u; k < PARTS; ++k) to += parts[k];
+        [[unroll]] for (uint k = 0u; k < PARTS; ++k) to += parts[k];
         [[unroll]] for (uint k = 0u; k < items; ++k) rank[k] = rank_of(k * group + lane);
     } else {
         barrier();
@@ -172,9 +174,8 @@ void main() {
                 else atomicAdd(high_count, 1u);
             }
             if (compaction == COMPACT_IN_PLACE) {
-                uint q = atomicAdd(pool.free_count, 1u);
-                places[(pool.free_first + q) % (2u * p.capacity)] = slot[k];
-                it[k].at_m = vec3(NOWHERE_M);
+                uint place = (pool.free_first + atomicAdd(pool.free_count, 1u)) % (2u * p.capacity);
+                it[k].at_m = vec3(NOWHERE_M, uintBitsToFloat(place), NOWHERE_M);
             }
         }
     }
@@ -200,16 +201,22 @@ void main() {
     if (is_ranked && gathers) {
         // Writing starts where a line of 32 words does; a line is no longer than the workgroup is wide.
         uint many = written, ahead = to & 31u;
-        [[unroll]] for (uint w = 0u; w < 7u; ++w) {
-            if (!has_word(w)) break;
-            uint from = (w & 1u) * tile;
+        [[unroll]] for (uint first = 0u; first < 7u; first += ABREAST) {
+            if (!has_word(first)) break;
+            uint from = (first / ABREAST & 1u) * ABREAST * tile;  // the other buffer may still be read
             [[unroll]] for (uint k = 0u; k < items; ++k) {
-                if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
+                [[unroll]] for (uint w = first; w < min(first + ABREAST, 7u); ++w) {
+                    if (has_word(w) && rank[k] < tile) staged[from + (w - first) * tile + rank[k]] = word_of(it[k], w);
+                }
             }
             barrier();
-            [[unroll]] for (uint k = 0u; k <= items; ++k) {
-                uint j = k * group + lane;
-                if (j >= ahead && j < many + ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
+            [[unroll]] for (uint w = first; w < min(first + ABREAST, 7u); ++w) {
+                [[unroll]] for (uint k = 0u; k <= items; ++k) {
+                    uint j = k * group + lane;
+                    if (has_word(w) && j >= ahead && j < many + ahead) {
+                        new_particles[place_of(w, to - ahead + j)] = staged[from + (w - first) * tile + j - ahead];
+                    }
+                }
             }
         }
     } else {
