@@ -114,21 +114,23 @@ void main() {
     }
     bool lives[items];
     float dt_s[items];
+    uint free_first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;  // before this step
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         uint v = t * tile + k * group + lane;
         dt_s[k] = p.dt_s;
-        if (v < sources) {
-            lives[k] = is_alive(it[k].born, start, p.life_ticks);
-            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
-                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
-                uint round = 2u * p.capacity, place = floatBitsToUint(it[k].at_m.y);
-                uint j = (place + round - (pool.free_first + round - pool.taken) % round) % round;
-                lives[k] = j < pool.taken;
-                if (lives[k]) it[k] = born_at(j, dt_s[k]);
-            }
-        } else {
-            lives[k] = v < all;
-            if (v < all) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
+        bool is_born = v >= sources && v < all;
+        uint j = pool.taken + (v - sources);
+        lives[k] = v < sources && is_alive(it[k].born, start, p.life_ticks);
+        if (compaction == COMPACT_IN_PLACE && v < sources && it[k].at_m.x == NOWHERE_M) {
+            // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+            uint place = floatBitsToUint(it[k].at_m.y);
+            j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
+            is_born = j < pool.taken;
+            lives[k] = false;
+        }
+        if (is_born) {
+            it[k] = born_at(j, dt_s[k]);
+            lives[k] = true;
         }
     }
 
