@@ -39,8 +39,9 @@ pub mod oracle;
 mod sorted;
 pub mod starts;
 
+pub use crate::check::Invalid;
 pub use list::{List, ListDisk, ListState};
-pub use model::{Borders, Disk, Grid, Invalid, Model, Response, Space, Stir};
+pub use model::{Borders, Disk, Grid, Model, Response, Space, Stir};
 pub use sorted::{Sorted, SortedState};
 
 use crate::gpu;
