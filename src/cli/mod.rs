@@ -113,6 +113,7 @@ impl From<gpu::Error> for Failure {
             gpu::Error::Loader(_)
             | gpu::Error::NoDevice { .. }
             | gpu::Error::NoGraphics { .. }
+            | gpu::Error::NoDisplay { .. }
             | gpu::Error::NoValidation => 3,
             _ => 1,
         };

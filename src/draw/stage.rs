@@ -7,6 +7,7 @@ use crate::{
     },
     shaders,
 };
+use bytemuck::Zeroable;
 use glam::{UVec2, Vec4};
 
 /// Depth that shaders can read.
@@ -39,6 +40,7 @@ pub struct Stage {
     pixels: Buffer,
     readback: Buffer,
     size: UVec2,
+    view: View,
     /// Of the light that is baked into the terrain.
     baked_sun: Option<Vec4>,
     to_sun: Vec4,
@@ -116,6 +118,7 @@ impl Stage {
             pixels,
             readback,
             size,
+            view: View::zeroed(),
             baked_sun: None,
             to_sun: Vec4::Y,
             clear: [0.0, 0.0, 0.0, 1.0],
@@ -141,7 +144,7 @@ impl Stage {
         Ok(())
     }
 
-    /// What the next picture shows. The last one must be finished.
+    /// What the next picture shows. It gets there with the commands of that picture, so the last one need not be finished.
     pub fn set_view(&mut self, view: &View) {
         let mut view = *view;
         if let Some((terrain, _)) = &self.surroundings {
@@ -149,7 +152,7 @@ impl Stage {
             (view.terrain_size_m, view.terrain_cells) = (grid.size_m, grid.cells);
         }
         self.to_sun = view.to_sun;
-        self.views.write(0, &[view]);
+        self.view = view;
     }
 
     /// Draws a picture: terrain and sky, then what `body` draws, and turns it to bytes for [`Stage::read`]. What `body`
@@ -162,7 +165,26 @@ impl Stage {
 
     /// As [`Stage::record`], with sprites over it. What splats read must be visible as [`Access::ComputeRead`].
     pub fn record_layers(&mut self, rec: &mut Recorder<'_>, layers: Layers<'_>) {
+        self.record_picture(rec, layers);
+        self.record_readback(rec);
+    }
+
+    /// Brings the picture to where [`Stage::read`] finds it.
+    pub fn record_readback(&self, rec: &mut Recorder<'_>) {
+        rec.copy(&self.pixels, &self.readback);
+        rec.barrier(Access::CopyWrite, Access::HostRead);
+    }
+
+    /// [`Stage::record_layers`] up to the finished bytes, which are in [`Stage::pixels`] for [`Access::CopyRead`].
+    pub fn record_picture(&mut self, rec: &mut Recorder<'_>, layers: Layers<'_>) {
         let Layers { opaque, mut sprites, splats } = layers;
+        for reader in [Access::GraphicsRead, Access::ComputeRead] {
+            rec.barrier(reader, Access::FillWrite); // of the picture before this one
+        }
+        rec.update(&self.views, &self.view);
+        for reader in [Access::GraphicsRead, Access::ComputeRead] {
+            rec.barrier(Access::FillWrite, reader);
+        }
         if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
         {
             rec.barrier(Access::GraphicsRead, Access::ComputeReadWrite);
@@ -217,8 +239,6 @@ impl Stage {
         rec.barrier(Access::CopyRead, Access::ComputeWrite);
         rec.span(c"draw.tonemap", |rec| rec.dispatch(&self.tonemap, [self.size.x, self.size.y, 1], &()));
         rec.barrier(Access::ComputeWrite, Access::CopyRead);
-        rec.copy(&self.pixels, &self.readback);
-        rec.barrier(Access::CopyWrite, Access::HostRead);
     }
 
     /// The second half of [`Stage::record_layers`] on a stage that copies depth: sprites over what its targets hold.
@@ -245,6 +265,11 @@ impl Stage {
     /// The finished picture: four bytes a pixel, sRGB, row by row from the top.
     pub fn read(&self) -> Vec<u8> {
         self.readback.read()
+    }
+
+    /// The same on the device.
+    pub fn pixels(&self) -> &Buffer {
+        &self.pixels
     }
 
     /// Of the picture (pixels).

@@ -23,6 +23,8 @@ pub mod reflect;
 mod stream;
 mod submit;
 mod timing;
+#[cfg(feature = "viewer")]
+pub mod window;
 
 pub use access::Access;
 pub use adapter::Adapter;

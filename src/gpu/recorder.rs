@@ -402,6 +402,19 @@ impl<'g> Recorder<'g> {
         unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
     }
 
+    /// Writes `value` to the start of `buffer` when the GPU gets there, as [`Access::FillWrite`]: what was recorded before
+    /// still reads the old value, so that several pictures can be on their way.
+    ///
+    /// # Panics
+    /// If it does not fit, is larger than 64 KiB, or not of whole words.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, value: &T) {
+        let bytes = bytemuck::bytes_of(value);
+        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len() <= 65_536;
+        assert!(fits && bytes.len().is_multiple_of(4), "{} bytes to `{}`", bytes.len(), buffer.name());
+        self.keep(|| Kept::Buffer(buffer.clone()));
+        unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), 0, bytes) };
+    }
+
     /// The one transition of an image: from UNDEFINED to GENERAL, before its first use.
     pub(super) fn first_use(&mut self, image: &Image, range: vk::ImageSubresourceRange) {
         let (stage, access) = image.first_access().masks();

@@ -149,13 +149,21 @@ impl Emitters {
 
     /// Records the steps that are due: all of them, they are few.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        if self.swarms().next().is_some() {
+            for reader in [Access::GraphicsRead, Access::ComputeRead] {
+                rec.barrier(reader, Access::FillWrite); // of the picture before this one
+            }
+        }
         for swarm in self.swarms_mut() {
             swarm.record(rec);
+            swarm.record_look(rec);
         }
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
             rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
             rec.barrier(Access::ComputeReadWrite, Access::GraphicsRead);
             rec.barrier(Access::ComputeReadWrite, Access::ComputeRead);
+            rec.barrier(Access::FillWrite, Access::GraphicsRead);
+            rec.barrier(Access::FillWrite, Access::ComputeRead);
         }
     }
 

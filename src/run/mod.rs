@@ -149,44 +149,15 @@ impl World {
         submitter: &mut Submitter,
         frame_s: f64,
     ) -> Result<(Picture, gpu::Times), RunError> {
-        self.time_s += frame_s;
-        self.look();
-        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
-        let gases = &mut self.gases;
-        gases.iter_mut().for_each(|gas| gas.advance(frame_s));
-        lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
-        emitters.advance(frame_s, self.time_s);
+        self.advance(frame_s);
+        self.look(&self.camera());
         let mut times = gpu::Times::default();
         loop {
-            let mut done: Result<bool, water::Error> = Ok(true);
+            let mut done = Ok(true);
             let part = submitter.run(|rec| {
-                for lake in lakes.iter_mut() {
-                    done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
-                        (Ok(others), Ok(this)) => Ok(others && this),
-                        (Err(error), _) | (_, Err(error)) => Err(error),
-                    };
-                }
-                for gas in gases.iter_mut() {
-                    let is_done = gas.record(rec);
-                    if let Ok(others) = &mut done {
-                        *others &= is_done;
-                    }
-                }
+                done = self.record(rec);
                 if matches!(done, Ok(true)) {
-                    emitters.record(rec);
-                    gases.iter().for_each(|gas| gas.before_drawing(rec));
-                    let mut opaque = |rec: &mut Recorder<'_>| {
-                        lakes.iter().for_each(|lake| lake.draw(rec));
-                        gases.iter().for_each(|gas| gas.draw(rec));
-                    };
-                    let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
-                    let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
-                    let layers = Layers {
-                        opaque: &mut opaque,
-                        sprites: if emitters.draws() { Some(&mut draw) } else { None },
-                        splats: if emitters.splats() { Some(&mut splat) } else { None },
-                    };
-                    stage.record_layers(rec, layers);
+                    self.stage.record_readback(rec);
                 }
             })?;
             times.spans.extend(part.spans);
@@ -195,20 +166,85 @@ impl World {
                 break;
             }
         }
-        let [width, height] = self.scene.output.size;
+        let [width, height] = self.stage.size().to_array();
         Ok((Picture { width, height, rgba: self.stage.read() }, times))
     }
 
-    fn look(&mut self) {
+    /// Lets `frame_s` pass: [`World::record`] then records the steps that are due.
+    pub fn advance(&mut self, frame_s: f64) {
+        self.time_s += frame_s;
+        self.gases.iter_mut().for_each(|gas| gas.advance(frame_s));
+        self.lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
+        self.emitters.advance(frame_s, self.time_s);
+    }
+
+    /// Records due steps, as many as one submission should hold, and, if none are left then, the picture up to its bytes:
+    /// then it is `true`. Submits nothing, waits for nothing. Nothing recorded earlier is disturbed, so that several
+    /// pictures can be on their way; each must be visible to the next.
+    ///
+    /// # Errors
+    /// If there is no room for what falls into water.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, RunError> {
+        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
+        let gases = &mut self.gases;
+        let mut done: Result<bool, water::Error> = Ok(true);
+        for lake in lakes.iter_mut() {
+            done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
+                (Ok(others), Ok(this)) => Ok(others && this),
+                (Err(error), _) | (_, Err(error)) => Err(error),
+            };
+        }
+        for gas in gases.iter_mut() {
+            let is_done = gas.record(rec);
+            if let Ok(others) = &mut done {
+                *others &= is_done;
+            }
+        }
+        if !done? {
+            return Ok(false);
+        }
+        emitters.record(rec);
+        gases.iter().for_each(|gas| gas.before_drawing(rec));
+        let mut opaque = |rec: &mut Recorder<'_>| {
+            lakes.iter().for_each(|lake| lake.draw(rec));
+            gases.iter().for_each(|gas| gas.draw(rec));
+        };
+        let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
+        let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
+        let layers = Layers {
+            opaque: &mut opaque,
+            sprites: if emitters.draws() { Some(&mut draw) } else { None },
+            splats: if emitters.splats() { Some(&mut splat) } else { None },
+        };
+        stage.record_picture(rec, layers);
+        Ok(true)
+    }
+
+    /// The scene's camera, where it is now.
+    pub fn camera(&self) -> Camera {
         let camera = self.scene.camera();
-        let place = Camera {
+        Camera {
             eye_m: Vec3::from(camera.eye_at(self.time_s)),
             target_m: Vec3::from(camera.target_m),
             fov_rad: camera.fov_deg.to_radians(),
-        };
+        }
+    }
+
+    /// Time of the scene (s).
+    pub fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// What pictures are drawn on.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// The next picture is taken from `place`.
+    pub fn look(&mut self, place: &Camera) {
         let sun = Vec3::from(self.scene.sun.direction());
         let size = self.stage.size();
-        let mut view = View::new(&place, size, self.time_s as f32, sun, 0.62);
+        let mut view = View::new(place, size, self.time_s as f32, sun, 0.62);
         view.daylight = self.scene.sun.brightness;
         if let Some((at_m, light)) = self.lamp {
             // A flame: two slow waves that never meet again.

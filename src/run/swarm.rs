@@ -124,7 +124,11 @@ impl Swarm {
             let [x, y, z] = from.at(time_s);
             *to = Vec4::new(x, y, z, 0.0);
         }
-        self.glows.write(0, &[self.glow]);
+    }
+
+    /// Brings what the glow is to where it is read. Nothing that was recorded before sees it.
+    pub fn record_look(&self, rec: &mut Recorder<'_>) {
+        rec.update(&self.glows, &self.glow);
     }
 
     /// Records the steps that are due.
