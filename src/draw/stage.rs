@@ -17,6 +17,49 @@ struct CopiedDepth {
     depth: Buffer,
 }
 
+impl CopiedDepth {
+    fn new(gpu: &Gpu, size: UVec2) -> Result<Self> {
+        let image = Image::new(gpu, "draw.depth.copied", size.to_array(), ImageUse::CopiedDepth, 1)?;
+        let bytes = 4 * size.as_u64vec2().element_product();
+        let depth = Buffer::new(gpu, "draw.scene_depth", bytes, Residence::Device)?;
+        Ok(Self { image: Some(image), depth })
+    }
+}
+
+/// What has the size of the picture.
+struct Targets {
+    color: Image,
+    depth: Image,
+    resolved: Option<Image>,
+    pixels: Buffer,
+    readback: Buffer,
+    tonemap: Bound,
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size: UVec2, samples: u32, tonemap: &Kernel, views: &Buffer) -> Result<Self> {
+        let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
+        let (color, resolved) = if samples > 1 {
+            (
+                image("draw.samples", ImageUse::SampledColor, samples)?,
+                Some(image("draw.color", ImageUse::Color, 1)?),
+            )
+        } else {
+            (image("draw.color", ImageUse::Color, 1)?, None)
+        };
+        let depth = image("draw.depth", ImageUse::Depth, samples)?;
+        let bytes = 4 * size.as_u64vec2().element_product();
+        let pixels = Buffer::new(gpu, "draw.pixels", bytes, Residence::Device)?;
+        let readback = Buffer::new(gpu, "draw.pixels.readback", bytes, Residence::Readback)?;
+        let tonemap = tonemap.bind(&[
+            ("Views", views.into()),
+            ("color", resolved.as_ref().unwrap_or(&color).into()),
+            ("Pixels", (&pixels).into()),
+        ])?;
+        Ok(Self { color, depth, resolved, pixels, readback, tonemap })
+    }
+}
+
 /// What a picture consists of, from the back. Each part draws itself, or is not there and costs nothing.
 pub struct Layers<'a> {
     /// What hides what is behind it.
@@ -36,6 +79,7 @@ pub struct Stage {
     views: Buffer,
     grid: Grid,
     surroundings: Option<(Terrain, Bound)>,
+    kernel: Kernel,
     tonemap: Bound,
     pixels: Buffer,
     readback: Buffer,
@@ -62,20 +106,7 @@ impl Stage {
     /// # Errors
     /// As [`Stage::new`].
     pub fn with_samples(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>, samples: u32) -> Result<Self> {
-        let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
-        let (color, resolved) = if samples > 1 {
-            (
-                image("draw.samples", ImageUse::SampledColor, samples)?,
-                Some(image("draw.color", ImageUse::Color, 1)?),
-            )
-        } else {
-            (image("draw.color", ImageUse::Color, 1)?, None)
-        };
-        let depth = image("draw.depth", ImageUse::Depth, samples)?;
         let views = Buffer::new(gpu, "draw.views", size_of::<View>() as u64, Residence::Upload)?;
-        let bytes = 4 * size.as_u64vec2().element_product();
-        let pixels = Buffer::new(gpu, "draw.pixels", bytes, Residence::Device)?;
-        let readback = Buffer::new(gpu, "draw.pixels.readback", bytes, Residence::Readback)?;
         let grid = Grid::new(gpu)?;
         let sky = RasterInfo {
             name: c"draw.sky",
@@ -102,13 +133,13 @@ impl Stage {
             }
             None => None,
         };
+        let kernel = Kernel::new::<()>(gpu, &tonemap)?;
+        let Targets { color, depth, resolved, pixels, readback, tonemap } =
+            Targets::new(gpu, size, samples, &kernel, &views)?;
         Ok(Self {
             surroundings,
-            tonemap: Kernel::new::<()>(gpu, &tonemap)?.bind(&[
-                ("Views", (&views).into()),
-                ("color", resolved.as_ref().unwrap_or(&color).into()),
-                ("Pixels", (&pixels).into()),
-            ])?,
+            kernel,
+            tonemap,
             color,
             depth,
             resolved,
@@ -125,23 +156,40 @@ impl Stage {
         })
     }
 
+    /// Pictures have another size from now on. What draws to the stage stays bound to it, but for what uses
+    /// [`Stage::color`] or [`Stage::depth`], which are new. Pictures on their way keep what they use.
+    ///
+    /// # Errors
+    /// If the device has no room; then nothing has changed.
+    pub fn resize(&mut self, gpu: &Gpu, size: UVec2) -> Result<()> {
+        let targets = Targets::new(gpu, size, self.samples(), &self.kernel, &self.views)?;
+        let copied = self.copied.as_ref().map(|_| CopiedDepth::new(gpu, size)).transpose()?;
+        let Targets { color, depth, resolved, pixels, readback, tonemap } = targets;
+        (self.color, self.depth, self.resolved) = (color, depth, resolved);
+        (self.pixels, self.readback, self.tonemap, self.size) = (pixels, readback, tonemap, size);
+        self.copied = None;
+        if let Some(copied) = copied {
+            self.use_copied(copied);
+        }
+        Ok(())
+    }
+
     /// From now on copies the depth of what is opaque, for soft and for splatted sprites: costs a second pass over the
     /// targets, and a copy.
     ///
     /// # Errors
     /// If the device has no room.
     pub fn copy_depth(&mut self, gpu: &Gpu) -> Result<()> {
-        let copied = Image::new(gpu, "draw.depth.copied", self.size.to_array(), ImageUse::CopiedDepth, 1)?;
-        let image = if self.samples() > 1 {
-            Some(copied)
-        } else {
-            self.depth = copied;
-            None
-        };
-        let bytes = 4 * self.size.as_u64vec2().element_product();
-        let depth = Buffer::new(gpu, "draw.scene_depth", bytes, Residence::Device)?;
-        self.copied = Some(CopiedDepth { image, depth });
+        let copied = CopiedDepth::new(gpu, self.size)?;
+        self.use_copied(copied);
         Ok(())
+    }
+
+    fn use_copied(&mut self, mut copied: CopiedDepth) {
+        if self.samples() == 1 {
+            self.depth = copied.image.take().expect("just made");
+        }
+        self.copied = Some(copied);
     }
 
     /// What the next picture shows. It gets there with the commands of that picture, so the last one need not be finished.

@@ -56,6 +56,8 @@ pub(super) struct Inner {
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
+    #[cfg(feature = "viewer")]
+    pub shaders: super::reload::Shaders,
     pub device: Device,
     instance: Option<Instance>, // `None` if it is the caller's
     messages: Arc<Messages>,
@@ -213,6 +215,8 @@ impl Gpu {
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
+            #[cfg(feature = "viewer")]
+            shaders: Default::default(),
             device: parts.device,
             instance: parts.instance,
             messages: parts.messages,
@@ -316,6 +320,12 @@ impl Gpu {
     fn set_c_name(&self, debug: &ext::debug_utils::Device, handle: impl vk::Handle, name: &CStr) {
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(name);
         let _ = unsafe { debug.set_debug_utils_object_name(&info) }; // names are a courtesy, never an error
+    }
+
+    /// What a pipeline is built from where `spv` is asked for: without a window nothing replaces shaders.
+    #[cfg(not(feature = "viewer"))]
+    pub(super) fn current<'s>(&self, spv: &'s [u8]) -> std::borrow::Cow<'s, [u8]> {
+        spv.into()
     }
 
     #[cfg(feature = "viewer")]

@@ -65,8 +65,7 @@ impl Instance {
         };
 
         // From here `Drop` cleans up, also when the messenger fails.
-        let mut instance =
-            Self { raw, messages: Arc::default(), has_debug_utils, messenger: None, loader };
+        let mut instance = Self { raw, messages: Arc::default(), has_debug_utils, messenger: None, loader };
         if validate {
             use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Kind};
             let api = ext::debug_utils::Instance::new(&instance.loader, &instance.raw);

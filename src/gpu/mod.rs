@@ -20,6 +20,8 @@ mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
+#[cfg(feature = "viewer")]
+pub mod reload;
 mod stream;
 mod submit;
 mod timing;

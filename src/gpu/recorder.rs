@@ -135,6 +135,19 @@ impl<'g> Recorder<'g> {
         unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
+    /// All that was recorded before, in earlier submissions of the queue too, is finished and visible to all that comes.
+    pub fn after_all(&mut self) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let (write, read) = (vk::AccessFlags2::MEMORY_WRITE, vk::AccessFlags2::MEMORY_READ);
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(write)
+            .dst_stage_mask(all)
+            .dst_access_mask(write | read);
+        let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&barrier));
+        unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
     /// Runs a kernel over at least `threads` invocations; the kernel discards the surplus.
     ///
     /// # Panics

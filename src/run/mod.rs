@@ -9,11 +9,13 @@ mod effects;
 mod falls;
 mod gas;
 mod lake;
+mod live;
 pub mod picture;
 pub mod stats;
 pub mod swarm;
 
 pub use falls::Falls;
+pub use live::{Counters, Left, Ray, Touched};
 
 use crate::{
     ballistic::GroundGrid,
@@ -109,11 +111,17 @@ impl World {
     /// # Errors
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
-        let (look, terrain) = match scene.output.view {
-            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
-            scene::View::Wireframe => (Look::Wireframe, None),
-        };
-        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
+        Self::of_size(gpu, scene, plan, UVec2::from(scene.output.size))
+    }
+
+    /// [`World::new`] with pictures of another size than the scene's.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn of_size(gpu: &Gpu, scene: &Scene, plan: &Plan, size: UVec2) -> Result<Self, RunError> {
+        let look = look_of(scene);
+        let has_terrain = look == Look::Shaded && plan.has_ground();
+        let mut stage = Stage::new(gpu, size, has_terrain.then(|| plan.terrain.clone()))?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
@@ -123,20 +131,10 @@ impl World {
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
             .collect::<Result<_, _>>()?;
-        let emitters = if plan.emitters.is_empty() {
-            Emitters::none()
-        } else {
-            let height = match stage.terrain() {
-                Some(terrain) => terrain.height().clone(),
-                None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
-            };
-            let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
-            let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
-        };
+        let emitters = emitters_of(gpu, &mut stage, scene, plan)?;
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
-        let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
+        let lamp = lamp_of(plan);
         Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
@@ -218,6 +216,11 @@ impl World {
         };
         stage.record_picture(rec, layers);
         Ok(true)
+    }
+
+    /// Whether the next [`World::record`] comes to the picture.
+    pub fn is_nearly_due(&self) -> bool {
+        self.lakes.iter().all(Lake::is_nearly_due) && self.gases.iter().all(Gas::is_nearly_due)
     }
 
     /// The scene's camera, where it is now.
@@ -312,6 +315,31 @@ impl World {
     pub fn steps(&self) -> u64 {
         self.lakes.iter().map(Lake::steps).max().unwrap_or(0)
     }
+}
+
+fn look_of(scene: &Scene) -> Look {
+    match scene.output.view {
+        scene::View::Shaded => Look::Shaded,
+        scene::View::Wireframe => Look::Wireframe,
+    }
+}
+
+/// Where the light of the first emitter that gives some comes from, and its colour.
+fn lamp_of(plan: &Plan) -> Option<(Vec3, Vec3)> {
+    plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)))
+}
+
+fn emitters_of(gpu: &Gpu, stage: &mut Stage, scene: &Scene, plan: &Plan) -> Result<Emitters, RunError> {
+    if plan.emitters.is_empty() {
+        return Ok(Emitters::none());
+    }
+    let height = match stage.terrain() {
+        Some(terrain) => terrain.height().clone(),
+        None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
+    };
+    let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
+    let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
+    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), scene.seed)
 }
 
 /// Runs `scene`, of which `plan` is, and writes what `options` ask for. `progress` is called with the number of each finished picture.

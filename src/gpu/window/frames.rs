@@ -126,7 +126,8 @@ impl Frames {
                 .queue_family_index(gpu.family())
                 .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
             slot.pool = unsafe { device.create_command_pool(&pool, None) }.or_call("vkCreateCommandPool")?;
-            let cmd = vk::CommandBufferAllocateInfo::default().command_pool(slot.pool).command_buffer_count(1);
+            let cmd =
+                vk::CommandBufferAllocateInfo::default().command_pool(slot.pool).command_buffer_count(1);
             slot.cmd =
                 unsafe { device.allocate_command_buffers(&cmd) }.or_call("vkAllocateCommandBuffers")?[0];
             let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
@@ -138,7 +139,8 @@ impl Frames {
             let queries = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(2 * SPANS as u32);
-            slot.queries = unsafe { device.create_query_pool(&queries, None) }.or_call("vkCreateQueryPool")?;
+            slot.queries =
+                unsafe { device.create_query_pool(&queries, None) }.or_call("vkCreateQueryPool")?;
         }
         made.ready()?;
         Ok(made)
@@ -298,7 +300,7 @@ impl Frames {
             Some(Clock::Fence) => rec = rec.fenced(Box::new(Fenced::new(&gpu, slot.stamped)), SPANS),
             None => {}
         }
-        barrier(&gpu, cmd, (S::ALL_COMMANDS, A::MEMORY_WRITE), (S::ALL_COMMANDS, A::MEMORY_READ | A::MEMORY_WRITE));
+        rec.after_all();
         let picture = record(&mut rec)?;
         let (names, fenced, kept) = rec.finish();
         let fenced = fenced?;
@@ -347,7 +349,9 @@ impl Frames {
         match presented {
             Ok(is_suboptimal) => self.is_stale |= is_suboptimal,
             // The next frame makes it anew.
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => self.is_stale = true,
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                self.is_stale = true
+            }
             Err(code) => return Err(code).or_call("vkQueuePresentKHR").map_err(E::from),
         }
         Ok(())
@@ -367,14 +371,15 @@ impl Frames {
     /// Pixels to canvas to window: a blit, as the window may have another order of bytes and another size.
     fn record_canvas(&self, cmd: vk::CommandBuffer, canvas: &Image, picture: &Finished, shown: &Shown) {
         let (gpu, chain) = (&self.gpu, self.chain.as_ref().expect("begun"));
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
+        let layers =
+            vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
         let [width, height] = picture.size;
         assert!(picture.pixels.bytes() == 4 * u64::from(width) * u64::from(height), "{width} x {height}");
-        let region = vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D { width, height, depth: 1 });
+        let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
         let general = vk::ImageLayout::GENERAL;
         let pixels = picture.pixels.raw();
         unsafe { gpu.device().cmd_copy_buffer_to_image(cmd, pixels, canvas.raw(), general, &[region]) };
@@ -401,7 +406,9 @@ impl Frames {
     /// To what the window system takes, by way of `copy`.
     fn record_end(&self, cmd: vk::CommandBuffer, shown: &Shown, copy: Option<&Buffer>) {
         let (gpu, chain) = (&self.gpu, self.chain.as_ref().expect("begun"));
-        let Some(copy) = copy.filter(|_| chain.is_readable) else { return turn(gpu, cmd, shown, DRAWN, GIVEN) };
+        let Some(copy) = copy.filter(|_| chain.is_readable) else {
+            return turn(gpu, cmd, shown, DRAWN, GIVEN);
+        };
         turn(gpu, cmd, shown, DRAWN, COPIED);
         let vk::Extent2D { width, height } = chain.extent;
         assert!(copy.bytes() == 4 * u64::from(width) * u64::from(height), "`{}`", copy.name());

@@ -12,7 +12,7 @@
 mod frames;
 mod swapchain;
 
-pub use frames::{Frames, Retired, FRAMES};
+pub use frames::{Finished, Frames, Retired, FRAMES};
 
 use super::{
     adapter::Adapter,
@@ -82,9 +82,9 @@ impl Gpu {
         let extensions = ash_window::enumerate_required_extensions(display)
             .map_err(|code| Error::NoDisplay { reason: format!("{display:?}: {code:?}") })?;
         let instance = Instance::new(options.validate, extensions).map_err(|error| match error {
-            Error::Vulkan { code: vk::Result::ERROR_EXTENSION_NOT_PRESENT, .. } => Error::NoDisplay {
-                reason: "the Vulkan loader has no surfaces for this window system".into(),
-            },
+            Error::Vulkan { code: vk::Result::ERROR_EXTENSION_NOT_PRESENT, .. } => {
+                Error::NoDisplay { reason: "the Vulkan loader has no surfaces for this window system".into() }
+            }
             other => other,
         })?;
         let mut adapters = Adapter::all(&instance.raw)?;

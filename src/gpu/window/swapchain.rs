@@ -11,8 +11,7 @@ use ash::{khr, vk};
 /// Plain bytes: pictures come with their sRGB curve applied.
 pub(super) fn format(offered: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR> {
     let wanted = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
-    let is_srgb =
-        |it: &&vk::SurfaceFormatKHR| it.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
+    let is_srgb = |it: &&vk::SurfaceFormatKHR| it.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
     wanted.iter().find_map(|&wanted| offered.iter().filter(is_srgb).find(|it| it.format == wanted).copied())
 }
 
@@ -42,12 +41,7 @@ impl Swapchain {
     ///
     /// # Errors
     /// [`Error::Vulkan`], a lost surface among them.
-    pub fn new(
-        gpu: &Gpu,
-        surface: &Surface,
-        wanted: [u32; 2],
-        old: Option<&Self>,
-    ) -> Result<Option<Self>> {
+    pub fn new(gpu: &Gpu, surface: &Surface, wanted: [u32; 2], old: Option<&Self>) -> Result<Option<Self>> {
         let (physical, api) = (gpu.adapter().physical, &surface.api);
         let caps = unsafe { api.get_physical_device_surface_capabilities(physical, surface.raw) }
             .or_call("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
@@ -101,14 +95,9 @@ impl Swapchain {
             gpu: gpu.clone(),
         };
         made.raw = unsafe { made.api.create_swapchain(&info, None) }.or_call("vkCreateSwapchainKHR")?;
-        let images =
-            unsafe { made.api.get_swapchain_images(made.raw) }.or_call("vkGetSwapchainImagesKHR")?;
+        let images = unsafe { made.api.get_swapchain_images(made.raw) }.or_call("vkGetSwapchainImagesKHR")?;
         for image in images {
-            made.images.push(Shown {
-                image,
-                view: vk::ImageView::null(),
-                finished: vk::Semaphore::null(),
-            });
+            made.images.push(Shown { image, view: vk::ImageView::null(), finished: vk::Semaphore::null() });
             let last = made.images.last_mut().expect("the one just added");
             gpu.set_name(image, "view.window");
             let view = vk::ImageViewCreateInfo::default()
