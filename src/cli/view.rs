@@ -6,7 +6,6 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(after_help = KEYS)]
 pub struct ViewArgs {
-    /// With --frames the window shows so many pictures, as `whitecap run` makes them, and closes
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -32,12 +31,14 @@ pub struct ViewArgs {
 }
 
 const KEYS: &str = "\
+With --frames N the window shows N pictures as `whitecap run` makes them, and closes.
+
 Keys: Space pause, . one picture further, R start again, H home camera, O orbit, F fly, V view all, F1 panel, F2 screenshot, F5 \
 reload scene and shaders, F9 trace, F12 RenderDoc, Esc leave. Left button: ripples, stirs disks, drags emitters; right \
 turns, middle pans, wheel zooms.
 
 Commands of --script: frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; touch X,Y N; drag X,Y X,Y; \
-screenshot FILE; window FILE; save FILE; say; exit";
+screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 #[cfg(feature = "viewer")]
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {

@@ -106,7 +106,10 @@ impl From<FileError> for ViewError {
 }
 
 fn no_display(reason: impl std::fmt::Display) -> ViewError {
-    gpu::Error::NoDisplay { reason: reason.to_string() }.into()
+    // The window library says first where in its own source it noticed.
+    let text = reason.to_string();
+    let own = text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    gpu::Error::NoDisplay { reason: own.map_or(text.as_str(), |(_, said)| said).to_owned() }.into()
 }
 
 /// What was shown.

@@ -30,7 +30,9 @@ pub enum Command {
     Window(PathBuf),
     /// The edited scene.
     Save(PathBuf),
-    /// What the panel says is printed.
+    /// Until a file is there, which someone else writes.
+    Wait(PathBuf),
+    /// Time, counters and hashes are printed.
     Say,
     /// The end.
     Exit,
@@ -50,7 +52,7 @@ impl Script {
 /// How commands are written, for `--help`.
 pub const COMMANDS: &str =
     "frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; touch X,Y N; \
-                            drag X,Y X,Y; screenshot FILE; window FILE; save FILE; say; exit";
+                            drag X,Y X,Y; screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 fn size(text: &str) -> Option<[u32; 2]> {
     let (w, h) = text.split_once('x')?;
@@ -84,6 +86,7 @@ fn command(text: &str) -> Result<Command, String> {
         "screenshot" => (!rest.is_empty()).then(|| Command::Screenshot(rest.into())),
         "window" => (!rest.is_empty()).then(|| Command::Window(rest.into())),
         "save" => (!rest.is_empty()).then(|| Command::Save(rest.into())),
+        "wait" => (!rest.is_empty()).then(|| Command::Wait(rest.into())),
         "say" if rest.is_empty() => Some(Command::Say),
         "exit" if rest.is_empty() => Some(Command::Exit),
         _ => None,

@@ -10,6 +10,7 @@
 //! Left out: full screen modes, HDR formats, several windows.
 
 mod frames;
+mod picture;
 mod swapchain;
 
 pub use frames::{Finished, Frames, Retired, FRAMES};
