@@ -19,7 +19,7 @@ pub struct ViewArgs {
     /// Begin without the panel
     #[arg(long)]
     no_panel: bool,
-    /// Begin with passes timed: the panel's section `GPU time` opened
+    /// Begin with passes timed and counters read: both sections of the panel opened
     #[arg(long)]
     timings: bool,
     /// Write the last picture here: with --frames
@@ -37,7 +37,7 @@ Keys: Space pause, . one picture further, R start again, H home camera, O orbit,
 reload scene and shaders, F9 trace, F12 RenderDoc, Esc leave. Left button: ripples, stirs disks, drags emitters; right \
 turns, middle pans, wheel zooms.
 
-Commands of --script: frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; touch X,Y N; drag X,Y X,Y; \
+Commands of --script: frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; drag X,Y X,Y; \
 screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 #[cfg(feature = "viewer")]

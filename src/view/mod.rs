@@ -64,7 +64,7 @@ pub struct ViewOptions {
     pub out: PathBuf,
     /// GLSL of the crate, to be read again.
     pub glsl: PathBuf,
-    /// Passes are timed from the start.
+    /// Passes are timed and counters read from the start.
     pub has_times: bool,
     /// The panel is shown.
     pub has_panel: bool,

@@ -24,6 +24,8 @@ pub enum Command {
     Touch(Vec2, u32),
     /// An emitter is dragged from one pixel to another.
     Drag(Vec2, Vec2),
+    /// Keys with this text in their path are shown in the panel.
+    Find(String),
     /// The picture, without the panel.
     Screenshot(PathBuf),
     /// All that is shown, with the panel.
@@ -51,7 +53,7 @@ impl Script {
 
 /// How commands are written, for `--help`.
 pub const COMMANDS: &str =
-    "frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; touch X,Y N; \
+    "frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; \
                             drag X,Y X,Y; screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 fn size(text: &str) -> Option<[u32; 2]> {
@@ -81,6 +83,7 @@ fn command(text: &str) -> Result<Command, String> {
                 .ok_or_else(|| format!("`{text}`: no such key; there are: {}", names.join(" ")));
         }
         "set" => rest.contains('=').then(|| Command::Set(rest.into())),
+        "find" => Some(Command::Find(rest.into())),
         "touch" => two().and_then(|(at, n)| Some(Command::Touch(point(at)?, n.parse().ok()?))),
         "drag" => two().and_then(|(from, to)| Some(Command::Drag(point(from)?, point(to)?))),
         "screenshot" => (!rest.is_empty()).then(|| Command::Screenshot(rest.into())),

@@ -77,7 +77,8 @@ pub struct Panel {
     pub has_times: bool,
     /// Counters are to be read.
     pub has_counters: bool,
-    filter: String,
+    /// Only keys with this text in their path are shown.
+    pub filter: String,
 }
 
 impl Panel {

@@ -135,7 +135,8 @@ impl Viewer {
         let painter = Painter::new(&gpu, &frames, &window)?;
         let clock = if options.has_times { gpu.clock()?.name() } else { "" };
         let mut panel = Panel::default();
-        (panel.is_open, panel.has_times) = (options.has_panel, options.has_times);
+        panel.is_open = options.has_panel;
+        (panel.has_times, panel.has_counters) = (options.has_times, options.has_times);
         let home = world.camera();
         let json = serde_json::to_value(&scene).unwrap_or_default();
         let now = Instant::now();

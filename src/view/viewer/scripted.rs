@@ -56,6 +56,7 @@ impl Viewer {
                     println!("{error}");
                 }
             }
+            Command::Find(text) => self.panel.filter = text,
             Command::Touch(_, 0) => self.grasp = None,
             Command::Touch(at, n) => {
                 is_done = false;
