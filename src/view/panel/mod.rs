@@ -244,10 +244,12 @@ fn bars(ui: &mut Ui, times: &History, clock: &str) {
 fn count(ui: &mut Ui, counters: &[Counters]) {
     for (i, of) in counters.iter().enumerate() {
         ui.label(&of.name);
-        egui::Grid::new(("counters", i)).num_columns(2).striped(true).show(ui, |ui| {
-            for (what, n) in &of.counts {
-                ui.label(RichText::new(*what).small());
-                ui.label(RichText::new(n.to_string()).small().monospace());
+        egui::Grid::new(("counters", i)).num_columns(4).striped(true).show(ui, |ui| {
+            for two in of.counts.chunks(2) {
+                for (what, n) in two {
+                    ui.label(RichText::new(*what).small());
+                    ui.label(RichText::new(n.to_string()).small().monospace());
+                }
                 ui.end_row();
             }
         });
