@@ -22,8 +22,8 @@ pub struct ViewArgs {
     /// Begin with passes timed and counters read: both sections of the panel opened
     #[arg(long)]
     timings: bool,
-    /// Write the last picture here: with --frames
-    #[arg(long, value_name = "FILE", requires = "frames")]
+    /// Write the last picture here: with --frames, and without --script
+    #[arg(long, value_name = "FILE", requires = "frames", conflicts_with = "script")]
     screenshot: Option<PathBuf>,
     /// Do this instead of waiting for hands, and close: commands with ; between, listed below
     #[arg(long, value_name = "COMMANDS")]

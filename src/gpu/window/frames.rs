@@ -17,6 +17,8 @@ use std::{collections::VecDeque, ffi::CStr};
 
 /// Frames in flight.
 pub const FRAMES: usize = 2;
+/// A window that is covered may get no images for as long as it is: its events are seen to meanwhile.
+const PATIENCE_NS: u64 = 100_000_000;
 /// Spans that are timed in a frame; further steps are not.
 const SPANS: usize = 512;
 
@@ -78,6 +80,7 @@ pub struct Frames {
     surface: Surface,
     wanted: [u32; 2],
     is_stale: bool,
+    is_hidden: bool,
     image: u32,
     times: Vec<SpanTime>,
     pub(super) gpu: Gpu,
@@ -99,6 +102,7 @@ impl Frames {
             surface,
             wanted: size,
             is_stale: true,
+            is_hidden: false,
             image: 0,
             times: Vec::new(),
             gpu: gpu.clone(),
@@ -149,9 +153,10 @@ impl Frames {
         self.wanted = size;
     }
 
-    /// Size of what is shown (pixels); `None` while the window has no area.
+    /// Size of what is shown (pixels); `None` while the window has no area, or is covered.
     pub fn size(&self) -> Option<[u32; 2]> {
-        self.chain.as_ref().map(|chain| [chain.extent.width, chain.extent.height])
+        let chain = self.chain.as_ref().filter(|_| !self.is_hidden);
+        chain.map(|chain| [chain.extent.width, chain.extent.height])
     }
 
     /// Format of what an overlay draws to.
@@ -211,13 +216,18 @@ impl Frames {
         Ok(())
     }
 
-    /// Waits until a frame can be recorded and has an image. `false` while the window has no area: then there is nothing
-    /// to record.
+    /// Waits until a frame can be recorded and has an image. `false` while the window has no area or is covered: then
+    /// there is nothing to record.
     ///
     /// # Errors
     /// A lost device, or a window that is gone.
     pub fn begin(&mut self) -> Result<bool> {
         self.settle(self.number as usize % FRAMES)?;
+        self.is_hidden = !self.acquire()?;
+        Ok(!self.is_hidden)
+    }
+
+    fn acquire(&mut self) -> Result<bool> {
         // A window that is being dragged may be stale again at once; the next call goes on.
         for _ in 0..8 {
             if !self.ready()? {
@@ -225,14 +235,15 @@ impl Frames {
             }
             let Some(chain) = &self.chain else { return Ok(false) };
             let acquired = self.slots[self.number as usize % FRAMES].acquired;
-            let taken =
-                unsafe { chain.api.acquire_next_image(chain.raw, u64::MAX, acquired, vk::Fence::null()) };
+            let none = vk::Fence::null();
+            let taken = unsafe { chain.api.acquire_next_image(chain.raw, PATIENCE_NS, acquired, none) };
             match taken {
                 Ok((image, is_suboptimal)) => {
                     self.image = image;
                     self.is_stale |= is_suboptimal; // it still can be presented to
                     return Ok(true);
                 }
+                Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(false),
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.is_stale = true,
                 Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.renew_surface()?,
                 Err(code) => return Err(code).or_call("vkAcquireNextImageKHR"),

@@ -120,11 +120,9 @@ impl Viewer {
             source.text =
                 std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
         }
-        // Without a file there is nothing to read but the shaders, and edits stay.
-        let document = match &source.file {
-            Some(_) if source.text != self.source.text => Document::new(&source).map_err(say)?,
-            _ => self.document.clone(),
-        };
+        // A file that is what it was has nothing to say, and edits stay.
+        let is_new = source.text != self.source.text;
+        let document = if is_new { Document::new(&source).map_err(say)? } else { self.document.clone() };
         let (scene, parameters) = document.read();
         let scene = scene.map_err(say)?;
         let files = self.files.as_ref().map_err(|error| format!("no shaders to read: {error}"));
@@ -142,7 +140,9 @@ impl Viewer {
             return Err(error.to_string());
         }
         (self.document, self.parameters, self.source) = (document, parameters, source);
+        let lost = if is_new && self.is_edited { " Edits that were not saved are gone." } else { "" };
+        self.is_edited &= !is_new;
         let shaders = if count == 1 { "shader differs" } else { "shaders differ" };
-        Ok(format!("Read again: {count} {shaders} from the binary's."))
+        Ok(format!("Read again: {count} {shaders} from the binary's.{lost}"))
     }
 }
