@@ -19,6 +19,7 @@ mod obj;
 mod posed;
 mod rig;
 pub mod shapes;
+pub mod walls;
 
 pub use posed::{Pose, PoseParams, Posed, VERTEX_WORDS};
 pub use rig::{Curve, Joint, Node, Rig, Track, Value};
