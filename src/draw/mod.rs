@@ -9,9 +9,11 @@
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
 //!
-//! [`sprites`] draws particles into it: as triangles, or by a compute shader where they are small.
+//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]. [`sprites`] draws particles into it: as triangles, or by a compute shader where they are small.
 
 mod grid;
+pub mod mesh;
+pub mod shadow;
 pub mod sprites;
 mod stage;
 mod terrain;

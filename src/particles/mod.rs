@@ -20,6 +20,7 @@
 //! Time is counted in ticks of 2^-16 s, in integers: births are at whole multiples of the emitter's period, whatever the
 //! steps are, and lives end on their tick. What is left out: particles do not see each other.
 
+pub mod balls;
 pub mod black_hole;
 pub mod black_hole_fate;
 pub mod choose;

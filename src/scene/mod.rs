@@ -29,12 +29,15 @@ mod emit;
 mod error;
 mod heightmap;
 pub mod measured;
+mod meshes;
+mod motion;
 mod node;
 mod parse;
 mod particles;
 mod plan;
 mod schema;
 mod simulation;
+mod volume;
 mod water;
 mod water_table;
 mod works;
@@ -49,11 +52,14 @@ pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use measured::Measured;
+pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
+pub use motion::{Key, Motion};
 pub use node::Override;
 pub(crate) use particles::MOST_CENTRES;
-pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
+pub use particles::{Attractor, CollidingScene, Draw, EffectScene, EmitterScene, LawScene, Meets, Throws};
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
+pub use volume::{PaintScene, Painter, VolumePlan, VolumeScene, Voxeliser};
 pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
 pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
@@ -82,6 +88,15 @@ pub struct Scene {
     pub attractors: Vec<Attractor>,
     /// Boxes of disks or spheres that collide.
     pub disks: Vec<DisksScene>,
+    /// What particles collide with and paint.
+    #[serde(rename = "mesh", skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<MeshScene>,
+    /// The cells that they meet it in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeScene>,
+    /// What they leave on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paint: Option<PaintScene>,
     /// The folder that asset paths are relative to; `None` is the current one.
     #[serde(skip)]
     pub base_dir: Option<PathBuf>,
@@ -190,6 +205,9 @@ impl Scene {
         let boxes = self.disks.iter().flat_map(|it| it.size_m).fold(0.0, f64::max) as f32;
         if extent.max(boxes) > 0.0 {
             return extent.max(6.0 * boxes);
+        }
+        if let Some(volume) = &self.volume {
+            return volume.cell_m * volume.cells.into_iter().max().unwrap_or(1) as f32;
         }
         // Particles alone: what throws them and what pulls them.
         let places =

@@ -3,10 +3,13 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation,
-    View, WaterScene,
+    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model, Scene, SceneError,
+    Simulation, View, VolumePlan, WaterScene,
 };
-use crate::{draw::TerrainGrid, water};
+use crate::{
+    draw::{shadow::Shadow, TerrainGrid},
+    water,
+};
 use glam::{uvec2, Vec2};
 use serde::Serialize;
 
@@ -49,6 +52,10 @@ pub struct Plan {
     pub waters: Vec<WaterPlan>,
     /// What throws particles.
     pub emitters: Vec<EmitterPlan>,
+    /// What particles collide with and paint.
+    pub meshes: Vec<MeshPlan>,
+    /// The cells that they meet it in.
+    pub volume: Option<VolumePlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
@@ -62,6 +69,9 @@ pub struct Plan {
     /// Passes of a picture, in order, with how often each runs.
     pub passes: Vec<(String, f64)>,
 }
+
+/// Texels along the map of shadows.
+pub(crate) const SHADOW_SIDE: u32 = 2048;
 
 /// Most disturbances of one pass; what is more goes into further passes of the same step.
 pub const DISTURBANCES: u32 = 256;
@@ -146,9 +156,13 @@ impl Scene {
             }
         };
         works::raise_walls(&self.water, &mut terrain);
+        let meshes = self.plan_meshes()?;
+        let volume = self.plan_volume(&meshes);
         let mut plan = Plan {
             waters,
-            emitters: self.plan_emitters()?,
+            emitters: self.plan_emitters(volume.as_ref())?,
+            meshes,
+            volume,
             terrain,
             has_terrain,
             has_spheres: self.disks.iter().any(|it| it.space == crate::disks::Space::Solid),
@@ -237,9 +251,17 @@ impl Plan {
         for emitter in &self.emitters {
             emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
         }
+        self.meshes.iter().for_each(|mesh| mesh.list_buffers(&mut list));
+        if let Some(volume) = &self.volume {
+            volume.list_buffers(&self.meshes, &mut list);
+        }
         let mut add = |name: &str, bytes: u64, because: String| {
             list.push(PlannedBuffer { name: name.into(), bytes, because });
         };
+        if self.has_shadow() {
+            let side = u64::from(SHADOW_SIDE);
+            add("draw.shadow (depth, its copy, a colour unused)", Shadow::BYTES_A_TEXEL * side * side, "mesh".into());
+        }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
         add("draw.samples (4 a pixel, where the device has them)", 4 * 8 * pixels, size.into());
@@ -250,6 +272,28 @@ impl Plan {
         add("draw.views (of the host)", size_of::<crate::draw::View>() as u64, size.into());
         add("draw.grid", crate::draw::Grid::BYTES, size.into());
         self.buffers = list;
+    }
+
+    /// Whether what is solid casts shadows: meshes and balls.
+    pub fn has_shadow(&self) -> bool {
+        !self.meshes.is_empty() || self.emitters.iter().any(|it| it.draw == Draw::Balls)
+    }
+
+    /// Of meshes, cells, impacts and paint, and of the shadow.
+    fn list_room_passes(&mut self, scene: &Scene) {
+        let often = self.volume.as_ref().map_or(1.0, |volume| 1.0 / (scene.output.fps * volume.dt_s));
+        if self.meshes.iter().any(MeshPlan::moves) {
+            self.passes.push(("mesh.pose (of what moves)".into(), often));
+        }
+        if let Some(volume) = &self.volume {
+            self.passes.push((format!("volume.{} (of what moves)", volume.scene.variant.name()), often));
+        }
+        if scene.paint.is_some() {
+            self.passes.push(("paint".into(), often));
+        }
+        if self.has_shadow() {
+            self.passes.push(("draw.shadow".into(), 1.0));
+        }
     }
 
     fn list_passes(&mut self, scene: &Scene) {
@@ -274,10 +318,12 @@ impl Plan {
         for disks in &scene.disks {
             disks.list_passes(scene, &mut self.passes);
         }
+        self.list_room_passes(scene);
         for emitter in &self.emitters {
             emitter.list_steps(scene.output.fps, &mut self.passes);
         }
         let surface = match (self.has_ground(), scene.output.view) {
+            (false, _) if !self.meshes.is_empty() => "meshes",
             (false, _) => "nothing but particles",
             (_, View::Wireframe) => "water.wire",
             _ => "sky, terrain, water.surface",

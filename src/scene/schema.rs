@@ -13,7 +13,7 @@ use super::{
         Rule::{AtLeastZero, Within},
         Table,
     },
-    particles, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
+    meshes, particles, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
     WaterScene,
 };
 
@@ -44,12 +44,16 @@ pub(super) fn scene(
     let attractors = particles::attractors(&mut table);
     let emitters = particles::emitters(&mut table, &attractors, terrain.is_some() || !water.is_empty());
     let disks = disks::disks(&mut table);
+    let meshes = meshes::meshes(&mut table);
+    let volume = table.table("volume").map(volume::volume);
+    let paint = table.table("paint").map(volume::paint);
+    volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters);
     // A water that could not be read has been reported already.
-    let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty();
-    let tables = ["terrain", "water", "emitter", "disks"];
+    let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty() && meshes.is_empty();
+    let tables = ["terrain", "water", "emitter", "disks", "mesh"];
     let is_blank = !tables.into_iter().any(|key| table.has(key));
     if is_empty && (is_blank || !table.has("terrain") && reader.is_clean()) {
-        table.conflict("", "nothing to see: a scene has [terrain], [[water]], [[emitter]] or [[disks]]");
+        table.conflict("", "nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]");
     }
     let camera_table = table.table("camera");
     let mut scene = Scene {
@@ -63,6 +67,9 @@ pub(super) fn scene(
         emitters,
         attractors,
         disks,
+        meshes,
+        volume,
+        paint,
         base_dir: base_dir.map(Path::to_owned),
     };
     scene.camera = camera_table.map(|table| camera(table, scene.camera()));
