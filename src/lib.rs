@@ -5,6 +5,7 @@
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`prims`]: scan, compaction, counting sort.
 //! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
+//! - [`cells`]: a grid of cells with planes of the scene: what is collided with.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain, sprites.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - [`particles`]: pools of particles with a law: black holes, drag, the user's own.
@@ -16,6 +17,7 @@
 #![warn(missing_docs)]
 
 pub mod ballistic;
+pub mod cells;
 pub mod clock;
 pub mod disks;
 pub mod draw;
