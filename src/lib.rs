@@ -4,6 +4,7 @@
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`prims`]: scan, compaction, counting sort.
+//! - [`impact`]: the impact stream, from those who move to those who paint.
 //! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
 //! - [`cells`]: a grid of cells with planes of the scene: what is collided with.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain, sprites.
@@ -22,6 +23,7 @@ pub mod clock;
 pub mod disks;
 pub mod draw;
 pub mod gpu;
+pub mod impact;
 pub mod mesh;
 pub mod particles;
 pub mod prims;

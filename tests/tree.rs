@@ -8,7 +8,7 @@ use whitecap::{gpu::reflect::reflect, shaders};
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
-    &["prims", "mesh", "cells"],
+    &["prims", "mesh", "cells", "impact"],
     &["draw"],
     &["water", "particles", "ballistic", "disks"],
     &["scene"],
@@ -93,6 +93,7 @@ fn dependencies_point_down() {
 #[test]
 fn twins_know_nothing_of_the_gpu() {
     for file in [
+        "src/impact/cpu.rs",
         "src/particles/cpu.rs",
         "src/prims/cpu.rs",
         "src/water/cpu.rs",
