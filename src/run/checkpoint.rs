@@ -64,7 +64,8 @@ pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 /// Hash of everything in `scene` that the state depends on.
 pub fn scene_hash(scene: &Scene) -> u64 {
     let thrown = (&scene.emitters, &scene.attractors);
-    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, thrown, &scene.disks);
+    let room = (&scene.meshes, &scene.volume, &scene.paint);
+    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, thrown, &scene.disks, room);
     fnv(serde_json::to_vec(&simulated).expect("a scene is plain data"))
 }
 

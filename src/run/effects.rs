@@ -5,18 +5,21 @@ use super::{stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
+        shadow::Shadow,
         sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Resource},
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
+use crate::particles::balls::BallsDraw;
 use std::ffi::CStr;
 
 /// The shaders of one emitter's sprites, bound.
 pub(super) enum Drawn {
     Triangles(Sprites),
     Splat(SplatSprites),
+    Balls(BallsDraw),
 }
 
 impl Drawn {
@@ -33,6 +36,7 @@ impl Drawn {
         let path = match plan.draw {
             Draw::Quads => Path::Quads { vertex: &plan.sprites },
             Draw::Geometry => Path::Geometry { geometry: &plan.sprites },
+            Draw::Balls => unreachable!("a pool draws its balls itself"),
             Draw::Splat => {
                 let splats = splats.expect("sums for those who splat");
                 let sprites = SplatSprites::new::<P>(gpu, stage, splats, (name, &plan.sprites), resources)?;
@@ -93,6 +97,7 @@ impl Emitters {
         stage: &mut Stage,
         plans: &[EmitterPlan],
         ground: (&Buffer, GroundGrid),
+        shadow: Option<&Shadow>,
         seed: u64,
     ) -> Result<Self, RunError> {
         if plans.iter().any(EmitterPlan::needs_depth) {
@@ -130,11 +135,11 @@ impl Emitters {
                 }
                 PlannedThrows::Law(law) => {
                     let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Box::new(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?))
+                    Source::Swarm(Box::new(Swarm::new(gpu, stage, (splats.as_ref(), shadow), plan, law, seed)?))
                 }
             });
         }
-        Ok(Self { sources, splats, draws: plans.iter().any(|it| it.draw != Draw::Splat) })
+        Ok(Self { sources, splats, draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)) })
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.
@@ -197,6 +202,20 @@ impl Emitters {
             }
         }
         splats.record_over(rec);
+    }
+
+    /// Draws those that are balls: they hide what is behind them.
+    pub fn draw_balls(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record(rec));
+    }
+
+    /// Draws them as the sun sees them.
+    pub fn draw_shadow(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record_shadow(rec));
+    }
+
+    fn balls(&self) -> impl Iterator<Item = &BallsDraw> {
+        self.swarms().filter_map(Swarm::balls)
     }
 
     fn swarms(&self) -> impl Iterator<Item = &Swarm> {

@@ -10,6 +10,7 @@ mod falls;
 mod gas;
 mod lake;
 pub mod picture;
+mod room;
 pub mod stats;
 pub mod swarm;
 
@@ -17,7 +18,7 @@ pub use falls::Falls;
 
 use crate::{
     ballistic::GroundGrid,
-    draw::{Camera, Layers, Stage, View},
+    draw::{shadow::Shadow, Camera, Layers, Stage, View},
     gpu::{self, Gpu, Recorder, Submitter},
     particles,
     scene::{self, Plan, Scene},
@@ -30,6 +31,7 @@ use gas::Gas;
 use glam::{UVec2, Vec3};
 use lake::Lake;
 use picture::{contact_sheet, Picture};
+use room::Room;
 use stats::Stats;
 use std::{
     fs,
@@ -100,6 +102,7 @@ pub struct World {
     lakes: Vec<Lake>,
     emitters: Emitters,
     gases: Vec<Gas>,
+    room: Option<(Room, Shadow)>,
     lamp: Option<(Vec3, Vec3)>,
     scene: Scene,
     time_s: f64,
@@ -116,8 +119,16 @@ impl World {
         let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
+            false if plan.has_shadow() => [0.10, 0.115, 0.14, 1.0],
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
             false => [0.0, 0.0, 0.0, 1.0],
+        };
+        let room = match plan.has_shadow() {
+            true => {
+                let shadow = Shadow::new(gpu, scene::SHADOW_SIDE)?;
+                Some((Room::new(gpu, &stage, &shadow, plan, 1.0 / scene.output.fps)?, shadow))
+            }
+            false => None,
         };
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
@@ -132,12 +143,13 @@ impl World {
             };
             let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
             let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
+            let shadow = room.as_ref().map(|(_, shadow)| shadow);
+            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), shadow, scene.seed)?
         };
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
         let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
-        Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
+        Ok(Self { stage, lakes, emitters, gases, room, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
     /// Lets `frame_s` pass, and draws a picture of what there is then.
@@ -152,18 +164,22 @@ impl World {
         self.time_s += frame_s;
         self.look();
         let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
-        let gases = &mut self.gases;
+        let (gases, room) = (&mut self.gases, &mut self.room);
+        if let Some((room, _)) = room {
+            room.advance(frame_s);
+        }
         gases.iter_mut().for_each(|gas| gas.advance(frame_s));
         lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
         emitters.advance(frame_s, self.time_s);
         let mut times = gpu::Times::default();
         loop {
-            let mut done: Result<bool, water::Error> = Ok(true);
+            let mut done: Result<bool, RunError> = Ok(true);
             let part = submitter.run(|rec| {
                 for lake in lakes.iter_mut() {
                     done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
                         (Ok(others), Ok(this)) => Ok(others && this),
-                        (Err(error), _) | (_, Err(error)) => Err(error),
+                        (Err(error), _) => Err(error),
+                        (_, Err(error)) => Err(error.into()),
                     };
                 }
                 for gas in gases.iter_mut() {
@@ -174,10 +190,24 @@ impl World {
                 }
                 if matches!(done, Ok(true)) {
                     emitters.record(rec);
+                    if let Some((room, shadow)) = room {
+                        if let Err(error) = room.record(rec) {
+                            done = Err(error);
+                            return;
+                        }
+                        shadow.record(rec, |rec| {
+                            room.draw_shadow(rec);
+                            emitters.draw_shadow(rec);
+                        });
+                    }
                     gases.iter().for_each(|gas| gas.before_drawing(rec));
                     let mut opaque = |rec: &mut Recorder<'_>| {
                         lakes.iter().for_each(|lake| lake.draw(rec));
                         gases.iter().for_each(|gas| gas.draw(rec));
+                        if let Some((room, _)) = room {
+                            room.draw(rec);
+                        }
+                        emitters.draw_balls(rec);
                     };
                     let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
                     let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
@@ -218,6 +248,9 @@ impl World {
             view.lamp = (light * flicker as f32).extend(0.0);
         }
         self.stage.set_view(&view);
+        if let Some((room, shadow)) = &self.room {
+            shadow.set_view(&room.shadow_view(sun, shadow.side()));
+        }
     }
 
     /// Hash of every water's state, and of every pool's.
@@ -267,6 +300,9 @@ impl World {
         }
         if !self.emitters.restore(pools, from.picture, frame_s)? {
             return Ok(false);
+        }
+        if let Some((room, _)) = &mut self.room {
+            room.restore(from.picture, frame_s);
         }
         self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
         Ok(true)

@@ -5,14 +5,18 @@ use super::{checkpoint::fnv, effects::Drawn, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
+        shadow::Shadow,
         sprites::{Splats, Sprites},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Residence},
-    particles::{Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step},
-    scene::{Attractor, EmitterPlan, LawPlan, MOST_CENTRES},
+    particles::{
+        balls::{BallParams, BallsDraw},
+        Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step,
+    },
+    scene::{Attractor, Draw, EmitterPlan, LawPlan, MOST_CENTRES},
 };
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::ffi::CStr;
 
 /// Mirrors `Glow` in `glsl/particles/glow.glsl`.
@@ -53,6 +57,7 @@ fn name_of(law: &LawPlan) -> &'static CStr {
     match law.look.file.as_str() {
         "black_hole" => c"particles.black_hole",
         "drag" => c"particles.drag",
+        "colliding" => c"particles.colliding",
         _ => c"particles.user",
     }
 }
@@ -61,7 +66,7 @@ impl Swarm {
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
-        splats: Option<&Splats>,
+        (splats, shadow): (Option<&Splats>, Option<&Shadow>),
         plan: &EmitterPlan,
         law: &LawPlan,
         seed: u32,
@@ -93,6 +98,15 @@ impl Swarm {
         };
         let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
         let drawn = pool.both().map(|particles| {
+            if plan.draw == Draw::Balls {
+                let shadow = shadow.expect("a scene of balls has shadows");
+                let params = BallParams {
+                    color: Vec3::from(look.color).extend(look.half_m),
+                    far_color: Vec3::from(look.far_color).extend(look.mirrors),
+                };
+                let balls = BallsDraw::new(gpu, stage, shadow, (pool.state(), particles), params)?;
+                return Ok((particles.clone(), Drawn::Balls(balls)));
+            }
             let resources =
                 [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", (&glows).into())];
             let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
@@ -154,6 +168,14 @@ impl Swarm {
     pub fn splat(&self, rec: &mut Recorder<'_>) {
         if let Drawn::Splat(sprites) = self.drawn() {
             sprites.record(rec, self.pool.capacity(), &());
+        }
+    }
+
+    /// If it is drawn as such.
+    pub fn balls(&self) -> Option<&BallsDraw> {
+        match self.drawn() {
+            Drawn::Balls(balls) => Some(balls),
+            _ => None,
         }
     }
 

@@ -57,6 +57,7 @@ pub use motion::{Key, Motion};
 pub use node::Override;
 pub(crate) use particles::MOST_CENTRES;
 pub use particles::{Attractor, CollidingScene, Draw, EffectScene, EmitterScene, LawScene, Meets, Throws};
+pub(crate) use plan::SHADOW_SIDE;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
 pub use volume::{PaintScene, Painter, VolumePlan, VolumeScene, Voxeliser};

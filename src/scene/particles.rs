@@ -107,6 +107,8 @@ pub struct LawScene {
     pub far_m: f32,
     /// How much a sprite covers, 0..=1, default 0: it only adds light.
     pub alpha: f32,
+    /// How much of the sun balls mirror, 0..=1, default 0.4.
+    pub mirrors: f32,
     /// What only `colliding` has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colliding: Option<CollidingScene>,
@@ -377,6 +379,7 @@ fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene 
         far_color: table.maybe("far_color", Within(0.0, 1e6)).unwrap_or(color),
         far_m: table.maybe("far_m", LENGTH).unwrap_or(100.0),
         alpha: table.maybe("alpha", Within(0.0, 1.0)).unwrap_or(0.0),
+        mirrors: table.maybe("mirrors", Within(0.0, 1.0)).unwrap_or(0.4),
         colliding: None,
     };
     if is_colliding {

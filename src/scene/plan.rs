@@ -10,7 +10,7 @@ use crate::{
     draw::{shadow::Shadow, TerrainGrid},
     water,
 };
-use glam::{uvec2, Vec2};
+use glam::{uvec2, Vec2, Vec3};
 use serde::Serialize;
 
 /// A buffer or an image, and who pays for it.
@@ -277,6 +277,15 @@ impl Plan {
     /// Whether what is solid casts shadows: meshes and balls.
     pub fn has_shadow(&self) -> bool {
         !self.meshes.is_empty() || self.emitters.iter().any(|it| it.draw == Draw::Balls)
+    }
+
+    /// Least and greatest corner of where things happen (m): the volume, or else all meshes.
+    pub fn lit_m(&self) -> (Vec3, Vec3) {
+        if let Some(volume) = &self.volume {
+            return (volume.scene.low_m.into(), volume.scene.high_m());
+        }
+        let boxes = self.meshes.iter().map(|mesh| mesh.bounds_m(0.0));
+        boxes.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))).unwrap_or((-Vec3::ONE, Vec3::ONE))
     }
 
     /// Of meshes, cells, impacts and paint, and of the shadow.
