@@ -9,7 +9,8 @@
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
 //!
-//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]. [`sprites`] draws particles into it: as triangles, or by a compute shader where they are small.
+//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]; [`voxels`] shows a grid of cells.
+//! [`sprites`] draws particles: as triangles, or by a compute shader where they are small.
 
 mod grid;
 pub mod mesh;
@@ -18,6 +19,7 @@ pub mod sprites;
 mod stage;
 mod terrain;
 mod view;
+pub mod voxels;
 
 pub use grid::Grid;
 pub use stage::{Layers, Stage};

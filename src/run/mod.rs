@@ -113,8 +113,8 @@ impl World {
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
         let (look, terrain) = match scene.output.view {
-            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
             scene::View::Wireframe => (Look::Wireframe, None),
+            _ => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
         };
         let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
         stage.clear = match plan.has_ground() {

@@ -118,13 +118,33 @@ pub struct Output {
 
 /// How surfaces are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum View {
     /// Lit water and ground.
     #[default]
     Shaded,
     /// The book's debug view: lines, with the tiles of the workgroups in alternating colours.
     Wireframe,
+    /// The cells that meshes are in, as boxes, coloured by the normal of their first plane.
+    Voxels,
+    /// The planes that cells hold.
+    Planes,
+    /// Where in the world each texel of the paint maps is, as colours, one map beside the other.
+    PositionMap,
+    /// The paint maps themselves.
+    PaintMap,
+}
+
+impl View {
+    /// With their names.
+    pub const ALL: [(&str, Self); 6] = [
+        ("shaded", Self::Shaded),
+        ("wireframe", Self::Wireframe),
+        ("voxels", Self::Voxels),
+        ("planes", Self::Planes),
+        ("position_map", Self::PositionMap),
+        ("paint_map", Self::PaintMap),
+    ];
 }
 
 /// A camera that may circle its target.

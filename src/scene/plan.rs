@@ -239,7 +239,7 @@ impl Plan {
                 add("water.bodies", bytes, format!("{because}.body"));
             }
         }
-        if scene.output.view == View::Shaded && self.has_ground() {
+        if scene.output.view != View::Wireframe && self.has_ground() {
             let samples = self.terrain.height_m.len() as u64;
             let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
             add("draw.terrain_m", 4 * samples, ground.into());
@@ -337,7 +337,7 @@ impl Plan {
             (_, View::Wireframe) => "water.wire",
             _ => "sky, terrain, water.surface",
         };
-        if scene.output.view == View::Shaded && self.has_ground() {
+        if scene.output.view != View::Wireframe && self.has_ground() {
             self.passes.push(("draw.light (with the first picture)".into(), 0.0));
         }
         self.passes.push((format!("draw.scene ({surface})"), 1.0));

@@ -47,7 +47,7 @@ pub(super) fn scene(
     let meshes = meshes::meshes(&mut table);
     let volume = table.table("volume").map(volume::volume);
     let paint = table.table("paint").map(volume::paint);
-    volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters);
+    volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters, output.view);
     // A water that could not be read has been reported already.
     let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty() && meshes.is_empty();
     let tables = ["terrain", "water", "emitter", "disks", "mesh"];
@@ -89,9 +89,7 @@ fn output(mut table: Table<'_>) -> Output {
         size: table.maybe("size", Within(16.0, 8192.0)).unwrap_or(default.size),
         fps: table.maybe("fps", Within(1.0, 1000.0)).unwrap_or(default.fps),
         frames: table.maybe("frames", Within(1.0, 1e6)).unwrap_or(default.frames),
-        view: table
-            .choice("view", &[("shaded", View::Shaded), ("wireframe", View::Wireframe)])
-            .unwrap_or(default.view),
+        view: table.choice("view", &View::ALL).unwrap_or(default.view),
     };
     table.finish();
     output

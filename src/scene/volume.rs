@@ -5,7 +5,7 @@ use super::{
     meshes::MeshPlan,
     parse::{Rule::Within, Table},
     schema::{LENGTH, PLACE},
-    EmitterScene, MeshScene, PlannedBuffer, Scene, Throws,
+    EmitterScene, MeshScene, PlannedBuffer, Scene, Throws, View,
 };
 use crate::cells::{Grid, MOST_CELLS};
 use glam::{uvec3, UVec3, Vec3};
@@ -159,6 +159,7 @@ pub(super) fn check_together(
     (volume, paint): (Option<&VolumeScene>, Option<&PaintScene>),
     meshes: &[MeshScene],
     emitters: &[EmitterScene],
+    view: View,
 ) {
     let collides = emitters.iter().any(|it| it.colliding().is_some());
     if !root.is_clean() {
@@ -176,6 +177,11 @@ pub(super) fn check_together(
     }
     if paint.is_some() && !collides {
         root.conflict("paint", "has no one who paints: no [[emitter]] with law = \"colliding\"");
+    }
+    let of_volume = matches!(view, View::Voxels | View::Planes);
+    if of_volume && volume.is_none() || matches!(view, View::PositionMap | View::PaintMap) && paint.is_none() {
+        let what = if of_volume { "[volume]" } else { "[paint]" };
+        root.conflict("output", format!("has a view of {what}, and the scene has none"));
     }
     if paint.is_none() && is_painted {
         root.conflict("mesh", "takes paint (paints = true), and the scene has no [paint]");
@@ -266,8 +272,8 @@ impl VolumePlan {
             list.push(PlannedBuffer { name: name.into(), bytes, because: because.into() });
         };
         let [occupied, planes] = self.scene.bytes();
-        add("volume.occupied", occupied, "volume");
-        add("volume.planes", planes, "volume");
+        add("cells.occupied", occupied, "volume");
+        add("cells.planes", planes, "volume");
         add("impact.impacts", 64 * u64::from(self.scene.impacts), "volume.impacts");
         let texels: u64 = meshes.iter().map(|mesh| u64::from(mesh.map).pow(2)).sum();
         if texels > 0 {
