@@ -77,6 +77,8 @@ uint rank_of(uint at) {
 }
 
 uint law_tick() { return p.now; }
+uint slot_now;  // set before each call of the law
+uint law_slot() { return slot_now; }
 
 void main() {
     uint lane = gl_LocalInvocationIndex;
@@ -153,6 +155,7 @@ void main() {
             if (compaction == COMPACT_RING) it[k].born = p.now - p.life_ticks;  // it stays old on a clock that wraps
             continue;
         }
+        slot_now = t * tile + k * group + lane;
         bool goes_on = advance(it[k], dt_s[k]);
         bool is_sound = are_numbers(it[k].at_m) && are_numbers(it[k].velocity_mps);
         bool is_young = is_alive(it[k].born, p.now, p.life_ticks);

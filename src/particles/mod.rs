@@ -28,18 +28,26 @@ pub mod cpu;
 pub mod cpu_black_hole;
 pub mod drag;
 pub mod emitter;
+pub mod info;
 pub mod kepler;
 pub mod kepler_stateless;
 pub mod law;
+pub mod layout;
+pub mod options;
 pub mod oracle;
 pub mod pool;
+pub mod state;
 
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
+pub use info::PoolInfo;
 #[cfg(feature = "tools")]
 pub use law::compile_law;
 pub use law::Law;
-pub use pool::{Compaction, Counts, Layout, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Tuning};
+pub use layout::Layout;
+pub use options::{Compaction, Options, Tuning};
+pub use pool::{Particles, Pool};
+pub use state::{Counts, PoolState, Snapshot};
 
 use crate::gpu;
 use glam::Vec3;

@@ -71,7 +71,13 @@ impl Swarm {
         law: &LawPlan,
         seed: u32,
     ) -> Result<Self, RunError> {
-        let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants: &law.constants };
+        let kernel = Law {
+            name: name_of(law),
+            spv: &law.spv,
+            subgroups: None,
+            constants: &law.constants,
+            blocks: &[],
+        };
         let kernels = Particles::new(gpu, &kernel, Options::for_device(gpu))?;
         let pool = kernels.pool(&PoolInfo {
             capacity: plan.capacity,
