@@ -10,9 +10,9 @@ use crate::{
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Resource},
+    particles::balls::BallsDraw,
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
-use crate::particles::balls::BallsDraw;
 use std::ffi::CStr;
 
 /// The shaders of one emitter's sprites, bound.
@@ -152,11 +152,14 @@ impl Emitters {
         }
     }
 
-    /// Records the steps that are due: all of them, they are few.
+    /// Records a step of those that meet meshes.
+    pub fn record_colliding(&mut self, rec: &mut Recorder<'_>) {
+        self.swarms_mut().filter(|it| it.collides()).for_each(|swarm| swarm.record_step(rec));
+    }
+
+    /// Records the steps of the others that are due: all of them, they are few.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
-        for swarm in self.swarms_mut() {
-            swarm.record(rec);
-        }
+        self.swarms_mut().filter(|it| !it.collides()).for_each(|swarm| swarm.record(rec));
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
             rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
             rec.barrier(Access::ComputeReadWrite, Access::GraphicsRead);

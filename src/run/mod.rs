@@ -189,12 +189,13 @@ impl World {
                     }
                 }
                 if matches!(done, Ok(true)) {
+                    let stepped = room.as_mut().map_or(Ok(()), |(room, _)| room.record(rec, emitters));
                     emitters.record(rec);
+                    if let Err(error) = stepped {
+                        done = Err(error);
+                        return;
+                    }
                     if let Some((room, shadow)) = room {
-                        if let Err(error) = room.record(rec) {
-                            done = Err(error);
-                            return;
-                        }
                         shadow.record(rec, |rec| {
                             room.draw_shadow(rec);
                             emitters.draw_shadow(rec);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The meshes of a scene on the GPU, posed on the clock of the scene.
 
-use super::RunError;
+use super::{effects::Emitters, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
@@ -88,7 +88,7 @@ impl Room {
     ///
     /// # Errors
     /// If the device has no room for matrices on their way.
-    pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<(), RunError> {
+    pub fn record(&mut self, rec: &mut Recorder<'_>, emitters: &mut Emitters) -> Result<(), RunError> {
         let dt_s = self.clock.dt_s();
         rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
         rec.barrier(Access::GraphicsRead, Access::CopyWrite);
@@ -99,6 +99,7 @@ impl Room {
         }
         for index in self.taken.unwrap_or(0)..self.clock.steps() {
             self.pose(rec, (index + 1) as f64 * dt_s, dt_s, MeshPlan::moves)?;
+            emitters.record_colliding(rec);
         }
         self.taken = Some(self.clock.steps());
         rec.barrier(Pose::EXIT, MeshDraw::ENTRY);

@@ -46,6 +46,7 @@ pub(super) struct Swarm {
     clock: FixedStep,
     /// Steps that are recorded.
     taken: u64,
+    collides: bool,
     glow: Glow,
     glows: Buffer,
     centres: Vec<Attractor>,
@@ -123,6 +124,7 @@ impl Swarm {
             name: plan.name.clone(),
             clock: FixedStep::new(law.dt_s, u32::MAX),
             taken: 0,
+            collides: look.colliding.is_some(),
             glow,
             glows,
             centres: law.centres.clone(),
@@ -149,13 +151,23 @@ impl Swarm {
 
     /// Records the steps that are due.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
-        for index in self.taken..self.clock.steps() {
-            rec.barrier(Particles::EXIT, Particles::ENTRY);
-            // The arguments of the last step are read before this one writes them.
-            rec.barrier(Access::IndirectRead, Access::ComputeWrite);
-            self.pool.record(rec, &Step::nth(index, self.clock.dt_s()));
+        while self.taken < self.clock.steps() {
+            self.record_step(rec);
         }
-        self.taken = self.clock.steps();
+    }
+
+    /// Records one step.
+    pub fn record_step(&mut self, rec: &mut Recorder<'_>) {
+        rec.barrier(Particles::EXIT, Particles::ENTRY);
+        // The arguments of the last step are read before this one writes them.
+        rec.barrier(Access::IndirectRead, Access::ComputeWrite);
+        self.pool.record(rec, &Step::nth(self.taken, self.clock.dt_s()));
+        self.taken += 1;
+    }
+
+    /// Whether it meets meshes: it steps when they do.
+    pub fn collides(&self) -> bool {
+        self.collides
     }
 
     fn drawn(&self) -> &Drawn {
