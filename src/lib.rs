@@ -6,6 +6,7 @@
 //! - [`prims`]: scan, compaction, counting sort.
 //! - [`impact`]: the impact stream, from those who move to those who paint.
 //! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
+//! - [`cells`]: a grid of cells with planes of the scene: what is collided with.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain, sprites.
 //! - [`water`]: heightfield water by virtual pipes.
 //! - [`particles`]: pools of particles with a law: black holes, drag, the user's own.
@@ -17,6 +18,7 @@
 #![warn(missing_docs)]
 
 pub mod ballistic;
+pub mod cells;
 pub mod clock;
 pub mod disks;
 pub mod draw;

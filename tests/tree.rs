@@ -8,7 +8,7 @@ use whitecap::{gpu::reflect::reflect, shaders};
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
-    &["prims", "mesh", "impact"],
+    &["prims", "mesh", "cells", "impact"],
     &["draw"],
     &["water", "particles", "ballistic", "disks"],
     &["scene"],
