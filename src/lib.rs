@@ -12,6 +12,7 @@
 //! - [`particles`]: pools of particles with a law: black holes, drag, the user's own.
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`disks`]: disks and spheres that collide, sorted into cells.
+//! - [`paint`]: paint on meshes, from impacts or from particles that are near.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
@@ -25,6 +26,7 @@ pub mod draw;
 pub mod gpu;
 pub mod impact;
 pub mod mesh;
+pub mod paint;
 pub mod particles;
 pub mod prims;
 pub mod random;
