@@ -1,5 +1,4 @@
-// A surface in the light, seen from either side. PAINTED: with a map of paint over it, premultiplied halves, one texel in
-// two words, read between its four nearest texels.
+// A surface in the light, seen from either side. PAINTED: with its map of paint over it.
 
 layout(location = 0) in vec3 at_m;
 layout(location = 1) in vec3 normal;
@@ -8,20 +7,8 @@ layout(location = 0) out vec4 color;
 
 #ifdef PAINTED
 layout(set = 0, binding = 7, std430) readonly buffer Paint { uvec2 paint[]; };
-
-vec4 paint_texel(ivec2 c) {
-    c = clamp(c, ivec2(0), ivec2(p.map_side) - 1);
-    uvec2 word = paint[p.map_first + uint(c.y) * p.map_side + uint(c.x)];
-    return vec4(unpackHalf2x16(word.x), unpackHalf2x16(word.y));
-}
-
-vec4 paint_at(vec2 uv) {
-    vec2 at = uv * float(p.map_side) - 0.5;
-    ivec2 c = ivec2(floor(at));
-    vec2 f = at - vec2(c);
-    return mix(mix(paint_texel(c), paint_texel(c + ivec2(1, 0)), f.x),
-               mix(paint_texel(c + ivec2(0, 1)), paint_texel(c + ivec2(1, 1)), f.x), f.y);
-}
+#define FORMAT_CONSTANT 0
+#include "paint/lookup.glsl"
 #endif
 
 // Of a triangle whose vertices say nothing.
@@ -42,9 +29,9 @@ void main() {
     }
     float mirrors = p.color.w;
 #ifdef PAINTED
-    vec4 over = paint_at(uv);
-    albedo = over.rgb + (1.0 - min(over.a, 1.0)) * albedo;
-    mirrors = max(mirrors, 0.25 * min(over.a, 1.0));  // wet
+    vec4 coat = paint_at(p.map, uv);
+    albedo = coat.rgb + (1.0 - min(coat.a, 1.0)) * albedo;
+    mirrors = max(mirrors, 0.25 * min(coat.a, 1.0));  // wet
 #endif
     color = vec4(surface_lit(albedo, mirrors, at_m, n), 1.0);
 }

@@ -1,12 +1,13 @@
 // Mirrors `draw::mesh::MeshParams`.
+#include "paint/map.glsl"
+
 struct MeshParams {
     vec4 color;           // linear albedo; w: how much of the sun is mirrored
     uint first_triangle;  // in the list
     uint first_vertex;    // of the mesh in `places`; `rest` begins with it
-    uint map_first;       // texel of the paint map in its buffer
-    uint map_side;        // texels along it
     float tile_m;         // edge of the tiles of a checkered floor; 0: plain
-    uint reserved[3];
+    uint reserved;
+    Map map;              // of its paint
 };
 
 layout(push_constant, std430) uniform Push { MeshParams p; };

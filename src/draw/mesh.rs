@@ -19,14 +19,12 @@ pub struct MeshParams {
     pub first_triangle: u32,
     /// Of the mesh among the places.
     pub first_vertex: u32,
-    /// Texel of the paint map in its buffer.
-    pub map_first: u32,
-    /// Texels along it.
-    pub map_side: u32,
     /// Edge of the tiles of a checkered floor (m); 0: plain.
     pub tile_m: f32,
     /// Unused.
-    pub reserved: [u32; 3],
+    pub reserved: u32,
+    /// Where its paint map is: `Map` in `glsl/paint/map.glsl`.
+    pub map: [u32; 4],
 }
 
 /// Where a mesh is on the device.
@@ -40,8 +38,8 @@ pub struct MeshBuffers<'a> {
     pub rest: &'a Buffer,
     /// Of its joints.
     pub matrices: &'a Buffer,
-    /// Premultiplied halves, two words a texel, if it is painted.
-    pub paint: Option<&'a Buffer>,
+    /// Its paint, if it takes any, and how a texel of it is stored (`glsl/paint/texel.glsl`).
+    pub paint: Option<(&'a Buffer, u32)>,
     /// How many.
     pub count: u32,
 }
@@ -77,7 +75,8 @@ impl MeshDraw {
             ("Rest", mesh.rest.into()),
             ("Matrices", mesh.matrices.into()),
         ];
-        used.extend(mesh.paint.map(|paint| ("Paint", paint.into())));
+        used.extend(mesh.paint.map(|(paint, _)| ("Paint", paint.into())));
+        let format: Vec<u32> = mesh.paint.iter().map(|(_, format)| *format).collect();
         let blocks: Vec<&str> = used.iter().map(|(name, _)| *name).collect();
         let draw = RasterInfo {
             name: c"draw.mesh",
@@ -88,7 +87,7 @@ impl MeshDraw {
                 None => shaders::DRAW_MESH_FRAG,
             },
             blocks: &blocks,
-            constants: &[],
+            constants: &format,
             topology: Topology::Triangles,
             blend: Blend::Opaque,
             depth: Depth::Write,
@@ -99,6 +98,7 @@ impl MeshDraw {
             vertex: shaders::DRAW_MESH_SHADOW_VERT,
             fragment: shaders::DRAW_SHADOW_FRAG,
             blocks: &["Shadows", "Triangles", "Places"],
+            constants: &[],
             samples: 1,
             ..draw
         };

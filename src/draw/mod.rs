@@ -9,10 +9,12 @@
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
 //!
-//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]; [`voxels`] shows a grid of cells.
+//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]; [`voxels`] shows a grid of cells, and
+//! [`map_view`] the maps of painted meshes.
 //! [`sprites`] draws particles: as triangles, or by a compute shader where they are small.
 
 mod grid;
+pub mod map_view;
 pub mod mesh;
 pub mod shadow;
 pub mod sprites;
