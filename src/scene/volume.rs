@@ -123,7 +123,7 @@ pub(super) fn volume(mut table: Table<'_>) -> VolumeScene {
     let in_all: f64 = cells.iter().product();
     if table.is_clean() {
         if cells.iter().any(|n| *n > f64::from(MOST_CELLS)) {
-            let message = format!("makes {} cells along the longest side; allowed: 1 to {MOST_CELLS}", longest / cell_m);
+            let message = format!("makes {} cells along the longest side; allowed: 1 to {MOST_CELLS}", cells.iter().copied().fold(0.0, f64::max));
             table.blame("cell_m", super::ProblemKind::OutOfRange, message);
         } else if in_all > MOST as f64 {
             let message = format!("makes {in_all} cells of {BYTES_A_CELL} bytes; allowed: {MOST} of them");
