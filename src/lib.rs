@@ -13,6 +13,7 @@
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`disks`]: disks and spheres that collide, sorted into cells.
 //! - [`paint`]: paint on meshes, from impacts or from particles that are near.
+//! - [`volume`]: which cells the scene is in, with planes and velocities of its surface.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
@@ -36,6 +37,7 @@ pub mod run;
 pub mod scene;
 #[cfg(feature = "tools")]
 pub mod study;
+pub mod volume;
 pub mod water;
 
 /// SPIR-V of every file under `glsl/`, compiled when the crate is built.

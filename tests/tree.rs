@@ -10,7 +10,7 @@ const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
     &["prims", "mesh", "impact", "cells"],
     &["draw"],
-    &["water", "particles", "ballistic", "disks", "paint"],
+    &["water", "particles", "ballistic", "disks", "paint", "volume"],
     &["scene"],
     &["run"],
     &["study"],
