@@ -197,7 +197,7 @@ macro_rules! assert_layout {
 #[test]
 fn what_crosses_to_the_gpu_is_laid_out_alike() {
     for spv in [shaders::DRAW_MESH_FRAG, shaders::DRAW_MESH_SHADOW_VERT] {
-        assert_layout!(spv, "MeshParams" == MeshParams { color, first_triangle, first_vertex, tile_m, reserved, map });
+        assert_layout!(spv, "MeshParams" == MeshParams { color, first_triangle, first_joint, tile_m, reserved, map });
         assert_layout!(spv, "Shadow" == ShadowView { right, up, to_sun, centre_m });
     }
     for spv in [shaders::PARTICLES_BALLS_VERT, shaders::PARTICLES_BALLS_SHADOW_VERT] {

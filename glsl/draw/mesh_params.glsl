@@ -3,8 +3,8 @@
 
 struct MeshParams {
     vec4 color;           // linear albedo; w: how much of the sun is mirrored
-    uint first_triangle;  // in the list
-    uint first_vertex;    // of the mesh in `places`; `rest` begins with it
+    uint first_triangle;
+    uint first_joint;
     float tile_m;         // edge of the tiles of a checkered floor; 0: plain
     uint reserved;
     Map map;              // of its paint

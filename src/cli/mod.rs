@@ -14,7 +14,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
     gpu::{self, Gpu, GpuOptions},
-    particles,
+    mesh::MeshesError,
+    paint, particles,
     run::{atomic::FileError, RunError},
     scene::SceneError,
     study, water,
@@ -174,6 +175,9 @@ impl From<RunError> for Failure {
             RunError::Disks(error) => error.into(),
             RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
+            RunError::Meshes(MeshesError::Gpu(error)) | RunError::Paint(paint::Error::Gpu(error)) => error.into(),
+            RunError::Meshes(error) => Self::input(error),
+            RunError::Paint(error) => Self::input(error),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }

@@ -5,20 +5,21 @@
 use super::{shadow::Shadow, Stage};
 use crate::{
     gpu::{Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Resource, Result, Topology},
+    mesh::Meshes,
     shaders,
 };
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
-/// Push constants: `MeshParams` in `glsl/draw/mesh.glsl`.
+/// Push constants: `MeshParams` in `glsl/draw/mesh_params.glsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct MeshParams {
     /// Linear albedo; w: how much of the sun is mirrored.
     pub color: Vec4,
-    /// In the list.
+    /// Of all meshes.
     pub first_triangle: u32,
-    /// Of the mesh among the places.
-    pub first_vertex: u32,
+    /// Of all meshes.
+    pub first_joint: u32,
     /// Edge of the tiles of a checkered floor (m); 0: plain.
     pub tile_m: f32,
     /// Unused.
@@ -27,67 +28,69 @@ pub struct MeshParams {
     pub map: [u32; 4],
 }
 
-/// Where a mesh is on the device.
-#[derive(Clone, Copy)]
-pub struct MeshBuffers<'a> {
-    /// Three numbers of vertices a triangle, from the first of `places` on.
-    pub triangles: &'a Buffer,
-    /// `mesh.pose` writes them: six `f32` a vertex.
-    pub places: &'a Buffer,
-    /// [`VERTEX_WORDS`](crate::mesh::VERTEX_WORDS) words a vertex of this mesh.
-    pub rest: &'a Buffer,
-    /// Of its joints.
-    pub matrices: &'a Buffer,
-    /// Its paint, if it takes any, and how a texel of it is stored (`glsl/paint/texel.glsl`).
-    pub paint: Option<(&'a Buffer, u32)>,
-    /// How many.
-    pub count: u32,
+/// What a mesh looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// Linear albedo.
+    pub color: Vec3,
+    /// How much of the sun is mirrored.
+    pub mirrors: f32,
+    /// Edge of the tiles of a checkered floor (m); 0: plain.
+    pub tile_m: f32,
+    /// Where its paint map is, if it takes paint.
+    pub map: Option<[u32; 4]>,
 }
 
-/// Two pipelines for one mesh: into the picture, and into the map of shadows.
-pub struct MeshDraw {
-    draw: Bound,
+/// A mesh to draw: its numbers, how many vertices, whether it is painted.
+type Part = (MeshParams, u32, bool);
+
+/// Pipelines for the meshes of a scene: into the picture, and into the map of shadows.
+pub struct MeshesDraw {
+    plain: Bound,
+    painted: Option<Bound>,
     cast: Bound,
-    params: MeshParams,
-    vertices: u32,
+    parts: Vec<Part>,
 }
 
-impl MeshDraw {
-    /// What the mesh must be visible to before [`MeshDraw::record`] and [`MeshDraw::record_shadow`].
+impl MeshesDraw {
+    /// What places and paint must be visible to before [`MeshesDraw::record`] and [`MeshesDraw::record_shadow`].
     pub const ENTRY: Access = Access::GraphicsRead;
 
+    /// `looks`: one a mesh. `paint`: of those that have a map, and how a texel of it is stored (`glsl/paint/texel.glsl`).
+    ///
     /// # Errors
     /// If the device cannot draw.
+    ///
+    /// # Panics
+    /// If there are not as many looks as meshes, or a mesh has a map and there is no paint.
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
         shadow: &Shadow,
-        mesh: &MeshBuffers<'_>,
-        params: MeshParams,
+        meshes: &Meshes,
+        looks: &[Look],
+        paint: Option<(&Buffer, u32)>,
     ) -> Result<Self> {
+        assert_eq!(looks.len(), meshes.parts().len(), "a look for each mesh");
+        assert!(paint.is_some() || looks.iter().all(|look| look.map.is_none()), "a map without paint");
         let [shadows, shadow_depth] = shadow.resources();
+        let (triangles, places) = (("Triangles", meshes.triangles().into()), ("Places", meshes.places().into()));
         let mut used: Vec<(&str, Resource<'_>)> = vec![
             ("Views", stage.views().into()),
             shadows,
             shadow_depth,
-            ("Triangles", mesh.triangles.into()),
-            ("Places", mesh.places.into()),
-            ("Rest", mesh.rest.into()),
-            ("Matrices", mesh.matrices.into()),
+            triangles,
+            places,
+            ("Rest", meshes.rest().into()),
+            ("Matrices", meshes.matrices().into()),
         ];
-        used.extend(mesh.paint.map(|(paint, _)| ("Paint", paint.into())));
-        let format: Vec<u32> = mesh.paint.iter().map(|(_, format)| *format).collect();
-        let blocks: Vec<&str> = used.iter().map(|(name, _)| *name).collect();
         let draw = RasterInfo {
             name: c"draw.mesh",
             vertex: shaders::DRAW_MESH_VERT,
             geometry: None,
-            fragment: match mesh.paint {
-                Some(_) => shaders::DRAW_MESH_PAINTED_FRAG,
-                None => shaders::DRAW_MESH_FRAG,
-            },
-            blocks: &blocks,
-            constants: &format,
+            fragment: shaders::DRAW_MESH_FRAG,
+            blocks: &["Views", "Shadows", "ShadowDepth", "Triangles", "Places", "Rest", "Matrices"],
+            constants: &[],
             topology: Topology::Triangles,
             blend: Blend::Opaque,
             depth: Depth::Write,
@@ -98,26 +101,54 @@ impl MeshDraw {
             vertex: shaders::DRAW_MESH_SHADOW_VERT,
             fragment: shaders::DRAW_SHADOW_FRAG,
             blocks: &["Shadows", "Triangles", "Places"],
-            constants: &[],
             samples: 1,
             ..draw
         };
-        let cast = Raster::new::<MeshParams>(gpu, &cast)?.bind(&[
-            ("Shadows", shadow.views().into()),
-            ("Triangles", mesh.triangles.into()),
-            ("Places", mesh.places.into()),
-        ])?;
-        let draw = Raster::new::<MeshParams>(gpu, &draw)?.bind(&used)?;
-        Ok(Self { draw, cast, params, vertices: 3 * mesh.count })
+        let raster = |info: &RasterInfo<'_>| Raster::new::<MeshParams>(gpu, info);
+        let cast = raster(&cast)?.bind(&[("Shadows", shadow.views().into()), triangles, places])?;
+        let plain = raster(&draw)?.bind(&used)?;
+        let painted = match paint.filter(|_| looks.iter().any(|look| look.map.is_some())) {
+            Some((paint, format)) => {
+                used.push(("Paint", paint.into()));
+                let blocks: Vec<&str> = used.iter().map(|(name, _)| *name).collect();
+                let painted = RasterInfo {
+                    name: c"draw.mesh_painted",
+                    fragment: shaders::DRAW_MESH_PAINTED_FRAG,
+                    blocks: &blocks,
+                    constants: &[format],
+                    ..draw
+                };
+                Some(raster(&painted)?.bind(&used)?)
+            }
+            None => None,
+        };
+        let part = |(look, part): (&Look, &crate::mesh::Part)| {
+            let params = MeshParams {
+                color: look.color.extend(look.mirrors),
+                first_triangle: part.triangles.start,
+                first_joint: part.joints.start,
+                tile_m: look.tile_m,
+                reserved: 0,
+                map: look.map.unwrap_or_default(),
+            };
+            (params, 3 * part.triangles.len() as u32, look.map.is_some())
+        };
+        let parts = looks.iter().zip(meshes.parts()).map(part).collect();
+        Ok(Self { plain, painted, cast, parts })
     }
 
-    /// Draws the mesh, inside [`Stage::record`].
+    /// Draws all meshes, inside [`Stage::record`].
     pub fn record(&self, rec: &mut Recorder<'_>) {
-        rec.draw(&self.draw, self.vertices, 1, &self.params);
+        for (params, vertices, is_painted) in &self.parts {
+            let bound = self.painted.as_ref().filter(|_| *is_painted).unwrap_or(&self.plain);
+            rec.draw(bound, *vertices, 1, params);
+        }
     }
 
-    /// Draws its depth, inside [`Shadow::record`].
+    /// Draws their depth, inside [`Shadow::record`].
     pub fn record_shadow(&self, rec: &mut Recorder<'_>) {
-        rec.draw(&self.cast, self.vertices, 1, &self.params);
+        for (params, vertices, _) in &self.parts {
+            rec.draw(&self.cast, *vertices, 1, params);
+        }
     }
 }

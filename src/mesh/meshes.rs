@@ -51,6 +51,7 @@ pub struct Meshes {
     places: Buffer,
     triangles: Buffer,
     uvs: Buffer,
+    rest: Buffer,
     matrices: Buffer,
     bound: Bound,
     gpu: Gpu,
@@ -109,6 +110,7 @@ impl Meshes {
             places,
             triangles,
             uvs,
+            rest,
             matrices,
             bound,
             gpu: gpu.clone(),
@@ -195,6 +197,16 @@ impl Meshes {
     /// For each vertex texture coordinates, two `f32`: `Uvs`; zero where a mesh has none.
     pub fn uvs(&self) -> &Buffer {
         &self.uvs
+    }
+
+    /// For each vertex [`VERTEX_WORDS`](super::VERTEX_WORDS) words: `Rest`.
+    pub fn rest(&self) -> &Buffer {
+        &self.rest
+    }
+
+    /// For each mesh three poses of three rows of four a joint, the first of which is now: `Matrices`.
+    pub fn matrices(&self) -> &Buffer {
+        &self.matrices
     }
 
     /// Where each mesh is in the buffers.

@@ -148,11 +148,6 @@ impl Posed {
         &self.rest
     }
 
-    /// Three poses of three rows of four a joint: now, and the two whose difference is the velocity.
-    pub fn matrices(&self) -> &Buffer {
-        &self.matrices
-    }
-
     /// Three corners a triangle, `u32`.
     pub fn triangles(&self) -> &Buffer {
         &self.triangles

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 mod basin;
+mod brush;
 pub mod checkpoint;
 pub mod clip;
 mod effects;
@@ -20,6 +21,7 @@ use crate::{
     ballistic::GroundGrid,
     draw::{shadow::Shadow, Camera, Layers, Stage, View},
     gpu::{self, Gpu, Recorder, Submitter},
+    mesh::MeshesError,
     particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
@@ -80,6 +82,12 @@ pub enum RunError {
     /// The same of a pool of particles.
     #[error(transparent)]
     Particles(#[from] particles::Error),
+    /// A mesh that cannot be used.
+    #[error(transparent)]
+    Meshes(#[from] MeshesError),
+    /// Paint that cannot be used.
+    #[error(transparent)]
+    Paint(#[from] crate::paint::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -126,7 +134,8 @@ impl World {
         let room = match plan.has_shadow() {
             true => {
                 let shadow = Shadow::new(gpu, scene::SHADOW_SIDE)?;
-                Some((Room::new(gpu, &stage, &shadow, plan, 1.0 / scene.output.fps)?, shadow))
+                let how = (scene.output.view, 1.0 / scene.output.fps);
+                Some((Room::new(gpu, &stage, &shadow, plan, how)?, shadow))
             }
             false => None,
         };
@@ -265,6 +274,9 @@ impl World {
         for gas in &self.gases {
             hashes.push(gas.hash(gpu)?);
         }
+        if let Some((room, _)) = &self.room {
+            hashes.extend(room.hash(gpu)?);
+        }
         Ok(hashes)
     }
 
@@ -277,6 +289,9 @@ impl World {
         states.extend(self.emitters.states()?);
         for gas in &self.gases {
             states.push(gas.state(gpu)?);
+        }
+        if let Some((room, _)) = &self.room {
+            states.extend(room.state(gpu)?);
         }
         Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
     }
@@ -293,6 +308,7 @@ impl World {
             }
         }
         let others = &from.states[self.lakes.len().min(from.states.len())..];
+        let (others, paint) = others.split_at(others.len().saturating_sub(usize::from(self.scene.paint.is_some())));
         let (pools, boxes) = others.split_at(others.len().saturating_sub(self.gases.len()));
         for (gas, state) in self.gases.iter_mut().zip(boxes) {
             if !gas.restore(gpu, state, from.picture, frame_s)? {
@@ -303,7 +319,9 @@ impl World {
             return Ok(false);
         }
         if let Some((room, _)) = &mut self.room {
-            room.restore(from.picture, frame_s);
+            if !room.restore(gpu, paint.first(), from.picture, frame_s)? {
+                return Ok(false);
+            }
         }
         self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
         Ok(true)
@@ -349,6 +367,7 @@ pub fn run(
         waters: Vec::new(),
         emitters: Vec::new(),
         disks: Vec::new(),
+        volume: None,
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
@@ -400,6 +419,9 @@ pub fn run(
     }
     stats.emitters = world.emitters.stats()?;
     stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
+    if let Some((room, _)) = &world.room {
+        stats.volume = room.stats(gpu)?;
+    }
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
     stats.wall_s = start.elapsed().as_secs_f64();
     let path = options.out.join("stats.json");

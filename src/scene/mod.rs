@@ -60,7 +60,7 @@ pub use particles::{Attractor, CollidingScene, Draw, EffectScene, EmitterScene, 
 pub(crate) use plan::SHADOW_SIDE;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
-pub use volume::{PaintScene, Painter, VolumePlan, VolumeScene, Voxeliser};
+pub use volume::{PaintPlan, PaintScene, Painter, VolumePlan, VolumeScene, Voxeliser};
 pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
 pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 

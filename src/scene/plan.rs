@@ -3,7 +3,7 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model, Scene, SceneError,
+    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model, PaintPlan, Scene, SceneError,
     Simulation, View, VolumePlan, WaterScene,
 };
 use crate::{
@@ -56,6 +56,8 @@ pub struct Plan {
     pub meshes: Vec<MeshPlan>,
     /// The cells that they meet it in.
     pub volume: Option<VolumePlan>,
+    /// What they leave on it.
+    pub paint: Option<PaintPlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
@@ -158,11 +160,14 @@ impl Scene {
         works::raise_walls(&self.water, &mut terrain);
         let meshes = self.plan_meshes()?;
         let volume = self.plan_volume(&meshes);
+        let emitters = self.plan_emitters(volume.as_ref())?;
+        let paint = self.plan_paint(&solid_first(&meshes), &emitters, &mut warnings)?;
         let mut plan = Plan {
             waters,
-            emitters: self.plan_emitters(volume.as_ref())?,
+            emitters,
             meshes,
             volume,
+            paint,
             terrain,
             has_terrain,
             has_spheres: self.disks.iter().any(|it| it.space == crate::disks::Space::Solid),
@@ -174,6 +179,11 @@ impl Scene {
         plan.list_passes(self);
         Ok(plan)
     }
+}
+
+fn solid_first(meshes: &[MeshPlan]) -> Vec<&MeshPlan> {
+    let of = |painted: bool| meshes.iter().filter(move |it| it.solid && (it.map > 0) == painted);
+    of(true).chain(of(false)).collect()
 }
 
 impl Plan {
@@ -253,7 +263,7 @@ impl Plan {
         }
         self.meshes.iter().for_each(|mesh| mesh.list_buffers(&mut list));
         if let Some(volume) = &self.volume {
-            volume.list_buffers(&self.meshes, &mut list);
+            volume.list_buffers(self.paint.as_ref(), &mut list);
         }
         let mut add = |name: &str, bytes: u64, because: String| {
             list.push(PlannedBuffer { name: name.into(), bytes, because });
@@ -272,6 +282,11 @@ impl Plan {
         add("draw.views (of the host)", size_of::<crate::draw::View>() as u64, size.into());
         add("draw.grid", crate::draw::Grid::BYTES, size.into());
         self.buffers = list;
+    }
+
+    /// Meshes that particles meet, those that are painted first: triangles are counted in this order.
+    pub fn solid(&self) -> Vec<&MeshPlan> {
+        solid_first(&self.meshes)
     }
 
     /// Whether what is solid casts shadows: meshes and balls.
@@ -298,7 +313,8 @@ impl Plan {
             self.passes.push((format!("volume.{} (of what moves)", volume.scene.variant.name()), often));
         }
         if scene.paint.is_some() {
-            self.passes.push(("paint".into(), often));
+            self.passes.push(("paint.place, .blocks (of what moves)".into(), often));
+            self.passes.push(("impact.close, .locate; paint.mark, .bits, .drops, .sift, .sifted".into(), often));
         }
         if self.has_shadow() {
             self.passes.push(("draw.shadow".into(), 1.0));

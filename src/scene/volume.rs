@@ -5,10 +5,13 @@ use super::{
     meshes::MeshPlan,
     parse::{Rule::Within, Table},
     schema::{LENGTH, PLACE},
-    EmitterScene, MeshScene, PlannedBuffer, Scene, Throws, View,
+    EmitterPlan, EmitterScene, MeshScene, PlannedBuffer, Scene, SceneError, Throws, View,
 };
-use crate::cells::{Grid, MOST_CELLS};
-use glam::{uvec3, UVec3, Vec3};
+use crate::{
+    cells::{Grid, MOST_CELLS},
+    paint::{Atlas, Coat, Method},
+};
+use glam::{uvec3, UVec2, UVec3, Vec3};
 use serde::Serialize;
 
 /// The grid.
@@ -55,7 +58,7 @@ impl Voxeliser {
 /// How impacts become paint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PaintScene {
-    /// Whose paint is where.
+    /// Who finds the texels of a splotch: all of them paint the same.
     pub variant: Painter,
     /// Radius of a splotch (m).
     pub radius_m: f32,
@@ -65,22 +68,31 @@ pub struct PaintScene {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Painter {
-    /// Each impact goes to the texels round it.
+    /// Texels ask the impacts that are near their block.
     #[default]
-    Splat,
-    /// Each texel asks the impacts of its tile.
+    Sifted,
+    /// Texels ask all impacts that are near their tile.
     Tiles,
     /// Each texel asks all impacts: the seed's.
-    Gather,
+    Brute,
 }
 
 impl Painter {
     /// With their names.
-    pub const ALL: [(&str, Self); 3] = [("splat", Self::Splat), ("tiles", Self::Tiles), ("gather", Self::Gather)];
+    pub const ALL: [(&str, Self); 3] = [("sifted", Self::Sifted), ("tiles", Self::Tiles), ("brute", Self::Brute)];
 
     /// As scenes and results have it.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, it)| *it == self).map_or("", |(name, _)| name)
+    }
+
+    /// As the simulation has it.
+    pub fn method(self) -> Method {
+        match self {
+            Self::Sifted => Method::Sifted,
+            Self::Tiles => Method::Tiles,
+            Self::Brute => Method::Brute,
+        }
     }
 }
 
@@ -170,6 +182,9 @@ pub(super) fn check_together(
     }
     if volume.is_none() && collides {
         root.conflict("emitter", "has the law \"colliding\", and the scene has no [volume] to collide in");
+    }
+    if let Some(i) = meshes.iter().position(|mesh| mesh.map > 0 && !mesh.solid) {
+        root.conflict("mesh", format!("number {i} takes paint (paints = true), and is not solid: nothing hits it"));
     }
     let is_painted = meshes.iter().any(|mesh| mesh.map > 0);
     if paint.is_some() && !is_painted {
@@ -266,8 +281,62 @@ impl Scene {
     }
 }
 
+/// Paint as it will run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaintPlan {
+    /// Who paints how.
+    pub scene: PaintScene,
+    /// Maps of the meshes that are painted: the first of [`Plan::solid`](super::Plan::solid).
+    pub atlas: Atlas,
+    /// What each emitter that collides leaves, in the order of the scene.
+    pub coats: Vec<Coat>,
+}
+
+/// Texels beside a chart that take its paint.
+const GUTTER: u32 = 2;
+
+impl Scene {
+    /// The maps, and what texture coordinates make of them: two triangles in one texel are a warning.
+    ///
+    /// # Errors
+    /// A mesh that cannot be painted, by name.
+    pub(super) fn plan_paint(
+        &self,
+        solid: &[&MeshPlan],
+        emitters: &[EmitterPlan],
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<PaintPlan>, SceneError> {
+        let Some(scene) = &self.paint else { return Ok(None) };
+        let painted: Vec<_> = solid.iter().filter(|mesh| mesh.map > 0).collect();
+        let sizes: Vec<_> = painted.iter().map(|it| (&it.mesh, UVec2::splat(it.map))).collect();
+        let refused = |name: &str, reason: String| SceneError::Shader { file: name.into(), reason };
+        let atlas = Atlas::new(&sizes, GUTTER).map_err(|error| refused(&format!("mesh.{}", error.name), error.what))?;
+        for (mesh, charts) in painted.iter().zip(&atlas.charts) {
+            if let Some(example) = charts.example {
+                warnings.push(format!(
+                    "mesh `{}`: {:.1} % of its texels are in two triangles, such as {} and {}: where one is painted, so is the other",
+                    mesh.name,
+                    100.0 * charts.overlap(),
+                    example.triangles[0],
+                    example.triangles[1],
+                ));
+            }
+        }
+        let colliding = self.emitters.iter().zip(emitters).filter_map(|(it, plan)| Some((it, it.colliding()?, plan)));
+        let (mut coats, mut orders) = (Vec::new(), Vec::new());
+        for (it, colliding, plan) in colliding {
+            let coat = Coat::new(colliding.paint.into(), colliding.opacity, scene.radius_m);
+            coats.push(coat.map_err(|invalid| refused(&format!("emitter.{}", it.name), invalid.to_string()))?);
+            // All slots of a step, births after the others, and up to eight impacts each.
+            orders.push(plan.capacity.saturating_mul(16));
+        }
+        Coat::take_turns(&mut coats, &orders).map_err(|invalid| refused("emitter", invalid.to_string()))?;
+        Ok(Some(PaintPlan { scene: scene.clone(), atlas, coats }))
+    }
+}
+
 impl VolumePlan {
-    pub(super) fn list_buffers(&self, meshes: &[MeshPlan], list: &mut Vec<PlannedBuffer>) {
+    pub(super) fn list_buffers(&self, paint: Option<&PaintPlan>, list: &mut Vec<PlannedBuffer>) {
         let mut add = |name: &str, bytes: u64, because: &str| {
             list.push(PlannedBuffer { name: name.into(), bytes, because: because.into() });
         };
@@ -275,9 +344,12 @@ impl VolumePlan {
         add("cells.occupied", occupied, "volume");
         add("cells.planes", planes, "volume");
         add("impact.impacts", 64 * u64::from(self.scene.impacts), "volume.impacts");
-        let texels: u64 = meshes.iter().map(|mesh| u64::from(mesh.map).pow(2)).sum();
-        if texels > 0 {
-            add("paint.maps", 8 * texels, "mesh.map");
+        add("volume.first_keys, .second_keys, .still_keys", 16 * self.scene.count(), "volume");
+        if let Some(paint) = paint {
+            let texels = paint.atlas.texels.len() as u64;
+            add("paint.paint", 8 * texels, "mesh.map");
+            add("paint.texels, .positions, .tiles, .blocks", 28 * texels + texels / 2 + texels / 128, "mesh.map");
+            add("paint.drops, .homes", 20 * u64::from(self.scene.impacts), "volume.impacts");
         }
     }
 }
