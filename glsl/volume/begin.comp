@@ -2,6 +2,7 @@
 // Before anything is marked: every cell has what the still meshes left there, and the list is empty.
 layout(local_size_x = 256) in;
 #include "volume/params.glsl"
+#include "volume/item.glsl"
 layout(set = 0, binding = 0, std430) readonly buffer StillKeys { uvec2 still_keys[]; };  // first and second of still meshes
 layout(set = 0, binding = 1, std430) writeonly buffer FirstKeys { uint first_keys[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer SecondKeys { uint second_keys[]; };

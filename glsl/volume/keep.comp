@@ -2,6 +2,7 @@
 // Keeps the keys of the still meshes, once.
 layout(local_size_x = 256) in;
 #include "volume/params.glsl"
+#include "volume/item.glsl"
 layout(set = 0, binding = 0, std430) readonly buffer FirstKeys { uint first_keys[]; };
 layout(set = 0, binding = 1, std430) readonly buffer SecondKeys { uint second_keys[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer StillKeys { uvec2 still_keys[]; };

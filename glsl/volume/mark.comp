@@ -3,6 +3,7 @@
 // One invocation a small triangle; large ones are put on a list for `volume.mark_large`. CPU twin: volume::cpu::mark.
 layout(local_size_x = 128) in;
 #include "volume/triangle.glsl"
+#include "volume/item.glsl"
 layout(set = 0, binding = 2, std430) writeonly buffer Normals { vec4 normals[]; };  // of triangles; w: along it, from the least corner (cells)
 #define MARK_KEYS 3
 #include "volume/mark.glsl"

@@ -9,6 +9,7 @@ struct VolumeParams {
     uint bits;          // of a key that say which triangle
     uint only_changed;  // cells whose first plane is not that of the still meshes
     uint rows;          // workgroups a large triangle
+    uint way;           // that most particles go, for what is drawn: an axis, plus 3 if down it
 };
 
 layout(push_constant, std430) uniform Push { VolumeParams p; };
@@ -22,6 +23,3 @@ uint key_of(float share, uint t) {
     return min(uint(clamp(share, 0.0, 1.0) * float(most)), most) << p.bits | t;
 }
 uint key_triangle(uint key) { return key & ((1u << p.bits) - 1u); }
-
-// One invocation an item, also where there are more than one row of workgroups takes.
-uint item() { return gl_GlobalInvocationID.y * (gl_NumWorkGroups.x * gl_WorkGroupSize.x) + gl_GlobalInvocationID.x; }

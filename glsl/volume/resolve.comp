@@ -4,6 +4,7 @@
 // volume::cpu::planes.
 layout(local_size_x = 256) in;
 #include "volume/triangle.glsl"
+#include "volume/item.glsl"
 layout(set = 0, binding = 2, std430) readonly buffer FirstKeys { uint first_keys[]; };
 layout(set = 0, binding = 3, std430) readonly buffer StillKeys { uvec2 still_keys[]; };
 layout(set = 0, binding = 4, std430) readonly buffer SecondKeys { uint second_keys[]; };

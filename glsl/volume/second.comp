@@ -3,6 +3,7 @@
 // invocation a small triangle. CPU twin: volume::cpu::second.
 layout(local_size_x = 128) in;
 #include "volume/triangle.glsl"
+#include "volume/item.glsl"
 #include "volume/second.glsl"
 const uint LARGE_CELLS = 32u;  // as in volume/work.glsl
 

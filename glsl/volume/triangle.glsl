@@ -36,10 +36,8 @@ vec3 corner_mps(uint corner) { return vec3(places[6u * corner + 3u], places[6u *
 float largest(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 bool is_finite(vec3 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u))); }
 
-uint load_triangle(uint t) {
-    tri_corners = uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]);
-    vec3 b_m = corner_m(tri_corners.y), c_m = corner_m(tri_corners.z);
-    tri_a_m = corner_m(tri_corners.x);
+uint set_triangle(vec3 a_m, vec3 b_m, vec3 c_m) {
+    tri_a_m = a_m;
     if (!(is_finite(tri_a_m) && is_finite(b_m) && is_finite(c_m))) return NOT_FINITE;
     tri_a = cell_place(p.grid, tri_a_m);
     tri_ab = (b_m - tri_a_m) / p.grid.cell_m;
@@ -60,6 +58,11 @@ uint load_triangle(uint t) {
     tri_low = ivec3(clamp(ceil(low) - 1.0, vec3(0.0), cells));
     tri_high = ivec3(clamp(floor(high), vec3(-1.0), cells - 1.0));
     return SOUND;
+}
+
+uint load_triangle(uint t) {
+    tri_corners = uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]);
+    return set_triangle(corner_m(tri_corners.x), corner_m(tri_corners.y), corner_m(tri_corners.z));
 }
 
 // How many cells the triangle's own box overlaps.

@@ -32,11 +32,53 @@
 
 mod conservative;
 pub mod cpu;
+mod layered;
+mod once;
 
 pub use crate::mesh::{Body, Meshes, MeshesError, Part};
 pub use conservative::{Conservative, Counts};
+pub use layered::{Layered, Router};
+pub use once::Once;
 
 use crate::{cells::Grid, gpu};
+
+/// Which way most particles go, for what is drawn: of several surfaces in a cell, the one that they meet first is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// +x.
+    AlongX,
+    /// +y.
+    AlongY,
+    /// +z.
+    AlongZ,
+    /// -x.
+    DownX,
+    /// -y: the seed's, as its particles fall.
+    DownY,
+    /// -z.
+    DownZ,
+}
+
+impl Way {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::AlongX, Self::AlongY, Self::AlongZ, Self::DownX, Self::DownY, Self::DownZ];
+
+    /// The axis that slices lie across.
+    pub fn axis(self) -> usize {
+        self as usize % 3
+    }
+
+    fn word(self) -> u32 {
+        self as u32
+    }
+
+    /// Columns, rows and slices.
+    fn turned(self, cells: [u32; 3]) -> [u32; 3] {
+        let axis = self.axis();
+        [cells[(axis + 1) % 3], cells[(axis + 2) % 3], cells[axis]]
+    }
+}
 
 /// Push constants of every pass: `VolumeParams` in `glsl/volume/triangle.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -54,6 +96,8 @@ pub struct VolumeParams {
     pub only_changed: u32,
     /// Workgroups that a large triangle is shared by.
     pub rows: u32,
+    /// That most particles go, for what is drawn: an axis, plus 3 if down it.
+    pub way: u32,
 }
 
 impl VolumeParams {
@@ -67,6 +111,7 @@ impl VolumeParams {
             bits: cpu::key_bits(meshes.count()),
             only_changed: 0,
             rows: columns.div_ceil(1024).clamp(1, 64),
+            way: 0,
         }
     }
 }

@@ -20,6 +20,7 @@ fn push_constants_are_laid_out_alike_in_every_pass() {
             ("bits", offset_of!(VolumeParams, bits)),
             ("only_changed", offset_of!(VolumeParams, only_changed)),
             ("rows", offset_of!(VolumeParams, rows)),
+            ("way", offset_of!(VolumeParams, way)),
         ];
         assert_eq!(members, want, "{name}");
         assert_eq!(interface.push_bytes, size_of::<VolumeParams>(), "{name}");
