@@ -12,6 +12,7 @@
 //! - [`particles`]: pools of particles with a law: black holes, drag, the user's own.
 //! - [`ballistic`]: closed-form effects: fire, rain and the like, without a state.
 //! - [`disks`]: disks and spheres that collide, sorted into cells.
+//! - [`volume`]: which cells the scene is in, with planes and velocities of its surface.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
@@ -34,6 +35,7 @@ pub mod run;
 pub mod scene;
 #[cfg(feature = "tools")]
 pub mod study;
+pub mod volume;
 pub mod water;
 
 /// SPIR-V of every file under `glsl/`, compiled when the crate is built.

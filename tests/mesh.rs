@@ -351,6 +351,8 @@ fn push_constants_are_laid_out_alike() {
         ("vertices", offset_of!(PoseParams, vertices)),
         ("joints", offset_of!(PoseParams, joints)),
         ("rate_per_s", offset_of!(PoseParams, rate_per_s)),
+        ("first_vertex", offset_of!(PoseParams, first_vertex)),
+        ("first_joint", offset_of!(PoseParams, first_joint)),
     ];
     assert_eq!(members, want);
     assert_eq!(interface.push_bytes, size_of::<PoseParams>());

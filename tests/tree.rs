@@ -10,7 +10,7 @@ const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "random"],
     &["prims", "mesh", "impact", "cells"],
     &["draw"],
-    &["water", "particles", "ballistic", "disks"],
+    &["water", "particles", "ballistic", "disks", "volume"],
     &["scene"],
     &["run"],
     &["study"],
