@@ -24,8 +24,10 @@ pub mod balls;
 pub mod black_hole;
 pub mod black_hole_fate;
 pub mod choose;
+pub mod colliding;
 pub mod cpu;
 pub mod cpu_black_hole;
+pub mod cpu_colliding;
 pub mod drag;
 pub mod emitter;
 pub mod info;
@@ -38,6 +40,7 @@ pub mod oracle;
 pub mod pool;
 pub mod state;
 
+pub use colliding::{Colliding, Surroundings};
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
 pub use info::PoolInfo;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
+pub mod arena;
 pub mod ballistic;
 pub mod bench;
 pub mod black_hole;
 pub mod depths;
 pub mod disks;
 pub mod hard;
+pub mod host_cells;
 pub mod linear;
 pub mod nonlinear;
 pub mod page;
