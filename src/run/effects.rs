@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
-use super::{stats::EmitterStats, swarm::Swarm, RunError};
+use super::{room::Volume, stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
@@ -97,7 +97,7 @@ impl Emitters {
         stage: &mut Stage,
         plans: &[EmitterPlan],
         ground: (&Buffer, GroundGrid),
-        shadow: Option<&Shadow>,
+        (shadow, volume): (Option<&Shadow>, Option<&Volume>),
         seed: u64,
     ) -> Result<Self, RunError> {
         if plans.iter().any(EmitterPlan::needs_depth) {
@@ -135,7 +135,7 @@ impl Emitters {
                 }
                 PlannedThrows::Law(law) => {
                     let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Box::new(Swarm::new(gpu, stage, (splats.as_ref(), shadow), plan, law, seed)?))
+                    Source::Swarm(Box::new(Swarm::new(gpu, stage, (splats.as_ref(), shadow, volume), plan, law, seed)?))
                 }
             });
         }

@@ -153,7 +153,8 @@ impl World {
             let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
             let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
             let shadow = room.as_ref().map(|(_, shadow)| shadow);
-            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), shadow, scene.seed)?
+            let volume = room.as_ref().and_then(|(room, _)| room.volume());
+            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), (shadow, volume), scene.seed)?
         };
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;

@@ -12,11 +12,12 @@ use crate::{
         voxels::VoxelsDraw,
         Stage,
     },
-    gpu::{Access, Gpu, Recorder},
+    gpu::{Access, Gpu, Recorder, Resource},
     impact::{Stream, Surfaces},
     mesh::{Body, Meshes},
-    scene::{MeshPlan, Motion, Plan, View, VolumePlan},
-    volume::Conservative,
+    particles::colliding::Surroundings,
+    scene::{MeshPlan, Motion, Plan, View, VolumePlan, Voxeliser},
+    volume::{Conservative, Counts, Layered, Once, Router},
 };
 use glam::Vec3;
 
@@ -40,11 +41,19 @@ impl Group {
     }
 }
 
+/// What fills the cells.
+enum Filler {
+    Conservative(Box<Conservative>),
+    Layered(Box<Layered>),
+    Once(Box<Once>),
+}
+
 /// The cells, and what is hit in them.
 pub(super) struct Volume {
-    pub cells: Cells,
-    pub stream: Stream,
-    conservative: Conservative,
+    surroundings: Surroundings,
+    stream: Stream,
+    filler: Filler,
+    moves: bool,
 }
 
 /// What is drawn.
@@ -108,7 +117,7 @@ impl Room {
         let maps = brush.as_ref().map(|brush| brush.view(gpu, stage, view, plan.lit_m())).transpose()?.flatten();
         let seen = match (&volume, view, maps) {
             (Some(volume), View::Voxels | View::Planes, _) => {
-                Seen::Cells(VoxelsDraw::new(gpu, stage, &volume.cells, view == View::Planes)?)
+                Seen::Cells(VoxelsDraw::new(gpu, stage, volume.cells(), view == View::Planes)?)
             }
             (_, _, Some(maps)) => Seen::Maps(maps),
             _ => Seen::Meshes,
@@ -208,8 +217,7 @@ impl Room {
         }
         rec.barrier(Meshes::EXIT, Conservative::ENTRY);
         if let Some(volume) = &self.volume {
-            volume.conservative.record(rec);
-            rec.barrier(Conservative::EXIT, Access::ComputeReadWrite);
+            volume.record(rec, all);
         }
         if let Some(brush) = &self.brush {
             brush.place(rec, all);
@@ -230,11 +238,16 @@ impl Room {
     /// What became of it all, if particles meet meshes.
     pub fn stats(&self, gpu: &Gpu) -> Result<Option<VolumeStats>, RunError> {
         let Some(volume) = &self.volume else { return Ok(None) };
-        let (counts, impacts) = (volume.conservative.counts(gpu)?, volume.stream.counts()?);
-        let occupied: Vec<u32> = gpu.download(volume.cells.occupied())?;
+        let impacts = volume.stream.counts()?;
+        // What is drawn does not say what it left out.
+        let counts = match &volume.filler {
+            Filler::Conservative(filler) => filler.counts(gpu)?,
+            Filler::Layered(_) | Filler::Once(_) => Counts::default(),
+        };
+        let occupied: Vec<u32> = gpu.download(volume.cells().occupied())?;
         Ok(Some(VolumeStats {
             triangles: self.groups.first().map_or(0, |group| group.meshes.count()),
-            cells: volume.cells.grid().count() as u64,
+            cells: volume.cells().grid().count() as u64,
             occupied: occupied.iter().map(|word| u64::from(word.count_ones())).sum(),
             without_area: counts.no_area,
             not_finite: counts.not_finite,
@@ -266,7 +279,15 @@ impl Room {
 impl Volume {
     fn new(gpu: &Gpu, plan: &VolumePlan, meshes: &Meshes) -> Result<Self, RunError> {
         let cells = Cells::new(gpu, plan.scene.grid())?;
-        let conservative = Conservative::new(gpu, meshes, &cells)?;
+        let way = plan.scene.way;
+        let filler = match plan.scene.variant {
+            Voxeliser::Conservative => Filler::Conservative(Box::new(Conservative::new(gpu, meshes, &cells)?)),
+            Voxeliser::Layered => {
+                let router = Router::of(gpu)?;
+                Filler::Layered(Box::new(Layered::new(gpu, meshes, &cells, way, router)?))
+            }
+            Voxeliser::OnePass => Filler::Once(Box::new(Once::new(gpu, meshes, &cells, way)?)),
+        };
         let mut stream = Stream::new(gpu, plan.scene.impacts)?;
         let mut firsts: Vec<u32> = meshes.parts().iter().map(|part| part.triangles.start).collect();
         firsts.push(meshes.count());
@@ -276,6 +297,38 @@ impl Volume {
             uvs: meshes.uvs(),
             first_triangle: &gpu.upload("impact.firsts", &firsts)?,
         })?;
-        Ok(Self { cells, stream, conservative })
+        let surroundings = Surroundings::new(gpu, &cells, plan.reach)?;
+        let moves = meshes.parts().iter().any(|part| part.moves);
+        Ok(Self { surroundings, stream, filler, moves })
+    }
+
+    /// What pools of the law bind.
+    pub fn resources(&self) -> [(&'static str, Resource<'_>); 5] {
+        self.surroundings.resources(&self.stream)
+    }
+
+    fn cells(&self) -> &Cells {
+        self.surroundings.cells()
+    }
+
+    /// Fills the cells from meshes that have just been posed; `first`: with those that do not move as well.
+    fn record(&self, rec: &mut Recorder<'_>, first: bool) {
+        if !(self.moves || first) {
+            return;
+        }
+        match &self.filler {
+            Filler::Conservative(filler) => filler.record(rec),
+            Filler::Layered(filler) => {
+                rec.barrier(Meshes::EXIT, Layered::ENTRY);
+                filler.record(rec);
+            }
+            Filler::Once(filler) => {
+                rec.barrier(Meshes::EXIT, Access::GraphicsRead);
+                filler.record(rec);
+            }
+        }
+        rec.barrier(Conservative::EXIT, Surroundings::ENTRY);
+        self.surroundings.record(rec);
+        rec.barrier(Surroundings::EXIT, Access::ComputeReadWrite);
     }
 }

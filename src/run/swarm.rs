@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, effects::Drawn, stats::EmitterStats, RunError};
+use super::{checkpoint::fnv, effects::Drawn, room::Volume, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
@@ -12,9 +12,11 @@ use crate::{
     gpu::{Access, Buffer, Gpu, Recorder, Residence},
     particles::{
         balls::{BallParams, BallsDraw},
-        Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step,
+        colliding::Colliding,
+        Law, Options, Particle, Particles, Pool, PoolInfo, PoolState, Snapshot, Step,
     },
-    scene::{Attractor, Draw, EmitterPlan, LawPlan, MOST_CENTRES},
+    random::{bits, direction_of, units},
+    scene::{Attractor, CollidingScene, Draw, EmitterPlan, LawPlan, MOST_CENTRES},
 };
 use glam::{Vec3, Vec4};
 use std::ffi::CStr;
@@ -58,36 +60,58 @@ fn name_of(law: &LawPlan) -> &'static CStr {
     match law.look.file.as_str() {
         "black_hole" => c"particles.black_hole",
         "drag" => c"particles.drag",
-        "colliding" => c"particles.colliding",
         _ => c"particles.user",
     }
+}
+
+/// Those who are there from the start, in a ball round the emitter, all places in it alike.
+fn population(colliding: &CollidingScene, law: &LawPlan, seed: u32) -> Vec<Particle> {
+    let of = |i: u32| {
+        let (place, other) = (units(bits(seed, 1, i, 0)), units(bits(seed, 1, i, 1)));
+        let far_m = colliding.spread_m * place[2].cbrt();
+        Particle {
+            at_m: law.emitter.at_m + far_m * direction_of([place[0], place[1]]),
+            velocity_mps: law.emitter.velocity_mps + law.emitter.speed_mps * direction_of([other[0], other[1]]),
+            // Told apart by their births, which are all before the start.
+            born: 0u32.wrapping_sub(i % 65_536),
+        }
+    };
+    (0..colliding.population).map(of).collect()
 }
 
 impl Swarm {
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
-        (splats, shadow): (Option<&Splats>, Option<&Shadow>),
+        (splats, shadow, volume): (Option<&Splats>, Option<&Shadow>, Option<&Volume>),
         plan: &EmitterPlan,
         law: &LawPlan,
         seed: u32,
     ) -> Result<Self, RunError> {
-        let kernel = Law {
-            name: name_of(law),
-            spv: &law.spv,
-            subgroups: None,
-            constants: &law.constants,
-            blocks: &[],
-        };
-        let kernels = Particles::new(gpu, &kernel, Options::for_device(gpu))?;
-        let pool = kernels.pool(&PoolInfo {
+        let info = PoolInfo {
             capacity: plan.capacity,
             life_s: law.life_s,
             seed,
             start: 0,
             emitters: &[law.emitter],
             law: &law.numbers,
-        })?;
+        };
+        let pool = match (&law.look.colliding, volume) {
+            (Some(colliding), Some(volume)) => {
+                let kernel = Colliding::law(colliding.variant);
+                let kernels = Particles::new(gpu, &kernel, Colliding::options(gpu))?;
+                let mut pool = kernels.pool_with(&info, &volume.resources())?;
+                if colliding.population > 0 {
+                    pool.upload(&population(colliding, law, seed))?;
+                }
+                pool
+            }
+            _ => {
+                let constants = &law.constants;
+                let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
+                Particles::new(gpu, &kernel, Options::for_device(gpu))?.pool(&info)?
+            }
+        };
         let look = &law.look;
         let alpha = look.alpha;
         let premultiplied = |rgb: [f32; 3]| {

@@ -2,7 +2,7 @@
 //! From an emitter of a scene to what runs: shaders compiled, numbers checked, the integrator chosen. No GPU is needed.
 
 use super::{
-    particles::{CollidingScene, Draw, EmitterScene, LawScene, Meets, Throws},
+    particles::{CollidingScene, Draw, EmitterScene, LawScene, Throws},
     Attractor, PlannedBuffer, Scene, SceneError, VolumePlan,
 };
 use crate::{
@@ -11,6 +11,7 @@ use crate::{
     gpu::{self, glsl},
     particles::{
         black_hole::{BlackHole, Integrator},
+        colliding::{Colliding, Method},
         drag::Drag,
         PoolState, Thrown,
     },
@@ -296,10 +297,16 @@ impl Scene {
                 (spv, holes.constants().to_vec(), holes.numbers().to_vec(), self.attractors.clone(), chosen)
             }
             "colliding" => {
-                let colliding = law.colliding.as_ref().expect("the law has its numbers");
-                let drag = Drag { pull_mps2: colliding.gravity_mps2.into(), drag_per_s: 0.0 };
-                let reason = self.meets(colliding, volume);
-                (Drag::LAW.spv.into(), Vec::new(), bytemuck::bytes_of(&drag).to_vec(), Vec::new(), reason)
+                let scene = law.colliding.as_ref().expect("the law has its numbers");
+                let volume = volume.expect("a scene that collides has a volume");
+                let colliding = self.colliding(emitter, scene, volume);
+                colliding.check().map_err(|invalid| SceneError::Shader {
+                    file: format!("emitter.{}", emitter.name),
+                    reason: invalid.to_string(),
+                })?;
+                let kernel = Colliding::law(scene.variant);
+                let numbers = bytemuck::bytes_of(&colliding).to_vec();
+                (kernel.spv.into(), kernel.constants.to_vec(), numbers, Vec::new(), meets(scene, volume))
             }
             "drag" => {
                 let drag = Drag { pull_mps2: law.pull_mps2.into(), drag_per_s: law.drag_per_s };
@@ -336,21 +343,32 @@ impl Scene {
         Ok((plan, format!("{reason}; step {dt_s:.6} s")))
     }
 
-    /// How particles meet surfaces, and what the rule of the study would take: a look-up at one place is for steps of less
-    /// than a cell and where leaks do not matter; where walls meet in a cell one plane is too few.
-    fn meets(&self, colliding: &CollidingScene, volume: Option<&VolumePlan>) -> String {
-        let cells = volume.map_or(0.0, |it| it.cells_a_step);
-        let why = match colliding.variant {
-            Meets::TwoPlanes => "no leaks, whatever the step",
-            Meets::OnePlane => "a cell where two walls meet leaks",
-            _ if cells > 1.0 => "it leaks: in a step of more than a cell a wall is passed unseen",
-            _ => "it may leak where two walls meet in a cell",
-        };
-        let rule = match cells > 1.0 {
-            true => "more than a cell a step: the rule takes `two_planes`, or `one_plane` without corners",
-            false => "less than a cell a step: the rule takes `approach` where leaks are allowed, else `two_planes`",
-        };
-        format!("`colliding` by `{}`: {why}; {cells:.2} cells a step at the most: {rule}", colliding.variant.name())
+    /// The numbers of the law; impacts say which of the emitters that collide it is.
+    pub(super) fn colliding(
+        &self,
+        emitter: &EmitterScene,
+        scene: &CollidingScene,
+        volume: &VolumePlan,
+    ) -> Colliding {
+        let colliding = self.emitters.iter().filter(|it| it.colliding().is_some());
+        let source = colliding.take_while(|it| it.name != emitter.name).count() as u32;
+        let seed = (self.seed ^ self.seed >> 32) as u32;
+        Colliding {
+            gravity_mps2: scene.gravity_mps2.into(),
+            restitution: scene.restitution,
+            friction: scene.friction,
+            reach: volume.reach,
+            surface_mps: volume.surface_mps,
+            // Cells are filled with the scene as it is at the end of the step.
+            lead_s: volume.dt_s as f32,
+            source,
+            respawns: u32::from(scene.respawn_below_m.is_some()),
+            floor_m: scene.respawn_below_m.unwrap_or(0.0),
+            emitter_m: emitter.at_m.unwrap_or_default().into(),
+            emitter_radius_m: scene.spread_m,
+            seed: seed.wrapping_add(source.wrapping_mul(0x9e37_79b9)),
+            ..Colliding::new(volume.scene.grid(), scene.radius_m)
+        }
     }
 
     /// The holes, and the cheapest integrator whose expected error is within the tolerance: the closed form where there is
@@ -421,6 +439,24 @@ impl Scene {
         };
         Ok((size, rgba))
     }
+}
+
+/// How particles meet surfaces, and what the rule of the study would take: a look-up at one place is for steps of less than
+/// a cell and where leaks do not matter; where walls meet in a cell one plane is too few.
+fn meets(scene: &CollidingScene, volume: &VolumePlan) -> String {
+    let cells = volume.cells_a_step;
+    let why = match scene.variant {
+        Method::TwoPlanes => "nothing leaks, whatever the step",
+        Method::OnePlane => "where two walls meet in a cell it leaks",
+        _ if cells > 1.0 => "it leaks: in a step of more than a cell a wall is passed unseen",
+        _ => "it leaks where two walls meet in a cell",
+    };
+    let rule = match cells > 1.0 {
+        true => "more than one: the rule takes `dda2`, or `dda1` where there are no corners",
+        false => "less than one: the rule takes `approach` where leaks do not matter, else `dda2`",
+    };
+    let name = scene.variant.name();
+    format!("`colliding` by `{name}`: {why}; {cells:.2} cells a step at the most, {rule}")
 }
 
 /// Along each side of a texture.

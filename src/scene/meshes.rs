@@ -11,7 +11,7 @@ use super::{
     PlannedBuffer, Scene, SceneError,
 };
 use crate::mesh::{
-    shapes,
+    cpu, shapes,
     walls::{self, Side},
     Mesh, VERTEX_WORDS,
 };
@@ -337,6 +337,25 @@ impl MeshPlan {
     /// Whether it moves, by keys of the scene or of its file.
     pub fn moves(&self) -> bool {
         self.motion.moves() || self.mesh.rig.moves()
+    }
+
+    /// Fastest move of any of its vertices (m/s): between keys of the scene, and of its own animation at 64 times.
+    pub fn fastest_mps(&self) -> f32 {
+        const LOOKS: u32 = 64;
+        let (low, high) = self.mesh.bounds_m();
+        let keyed_mps = self.motion.fastest_mps(low.abs().max(high.abs()).length());
+        let rig = &self.mesh.rig;
+        if !rig.moves() {
+            return keyed_mps;
+        }
+        let poses = (0..=LOOKS).map(|k| rig.pose_within(rig.period_s * k as f32 / LOOKS as f32));
+        let poses: Vec<_> = poses.collect();
+        let between_s = rig.period_s / LOOKS as f32;
+        let own = poses.windows(2).flat_map(|pair| {
+            let moved = cpu::pose(&self.mesh, &pair[1], &pair[0], &pair[1], 1.0 / between_s);
+            moved.into_iter().map(|(_, velocity)| velocity.length())
+        });
+        keyed_mps + self.motion.scale * own.fold(0.0, f32::max)
     }
 
     /// A box round it at `time_s` (m).

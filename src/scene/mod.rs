@@ -56,7 +56,7 @@ pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
 pub use motion::{Key, Motion};
 pub use node::Override;
 pub(crate) use particles::MOST_CENTRES;
-pub use particles::{Attractor, CollidingScene, Draw, EffectScene, EmitterScene, LawScene, Meets, Throws};
+pub use particles::{Attractor, CollidingScene, Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub(crate) use plan::SHADOW_SIDE;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;

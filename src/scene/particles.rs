@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     ballistic::{self, Emission},
-    particles,
+    particles::{self, colliding::Method},
 };
 use serde::Serialize;
 
@@ -114,6 +114,10 @@ pub struct LawScene {
     pub colliding: Option<CollidingScene>,
 }
 
+fn by_name<S: serde::Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(method.name())
+}
+
 /// Numbers of the law `colliding`, and the paint that its particles leave.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CollidingScene {
@@ -125,8 +129,9 @@ pub struct CollidingScene {
     pub friction: f32,
     /// (m/s²), default the earth's.
     pub gravity_mps2: [f32; 3],
-    /// How it meets surfaces.
-    pub variant: Meets,
+    /// How it meets surfaces, default `dda2`.
+    #[serde(serialize_with = "by_name")]
+    pub variant: Method,
     /// How many there are from the start, none born or ended later; 0 goes by rate and life.
     pub population: u32,
     /// Radius of the ball that they start and come back in (m), default 0.
@@ -137,39 +142,6 @@ pub struct CollidingScene {
     pub paint: [f32; 3],
     /// How much a splotch covers, 0..=1, default 1.
     pub opacity: f32,
-}
-
-/// How a particle meets surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Meets {
-    /// The original's: one look-up where it is.
-    Seed,
-    /// The same, only of what comes nearer.
-    Approach,
-    /// The same in substeps of a cell.
-    Substeps,
-    /// Its whole way through the cells, the nearest plane of each.
-    OnePlane,
-    /// Its whole way, both planes.
-    #[default]
-    TwoPlanes,
-}
-
-impl Meets {
-    /// With their names.
-    pub const ALL: [(&str, Self); 5] = [
-        ("seed", Self::Seed),
-        ("approach", Self::Approach),
-        ("substeps", Self::Substeps),
-        ("one_plane", Self::OnePlane),
-        ("two_planes", Self::TwoPlanes),
-    ];
-
-    /// As scenes have it.
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, it)| *it == self).map_or("", |(name, _)| name)
-    }
 }
 
 /// Pulls the particles of every `black_hole`.
@@ -426,14 +398,18 @@ fn colliding(table: &mut Table<'_>, law: &LawScene) -> CollidingScene {
     if population > 0 && law.corners {
         table.conflict("thrown", "is for those who are born at a rate, not for a population");
     }
+    let spread_m = table.maybe("spread_m", Within(0.0, 1e6));
+    if spread_m.is_some() && population == 0 && respawn_below_m.is_none() {
+        table.conflict("spread_m", "is for a population, or for those who come back; those who are born are born in a point");
+    }
     CollidingScene {
         radius_m: table.number("radius_m", LENGTH),
         restitution: table.maybe("restitution", share).unwrap_or(0.5),
         friction: table.maybe("friction", Within(0.0, 10.0)).unwrap_or(0.2),
         gravity_mps2: table.maybe("gravity_mps2", Within(-1e6, 1e6)).unwrap_or([0.0, -9.81, 0.0]),
-        variant: table.choice("variant", &Meets::ALL).unwrap_or_default(),
+        variant: table.choice("variant", &Method::ALL.map(|it| (it.name(), it))).unwrap_or_default(),
         population,
-        spread_m: table.maybe("spread_m", Within(0.0, 1e6)).unwrap_or(0.0),
+        spread_m: spread_m.unwrap_or(0.0),
         respawn_below_m,
         paint: table.maybe("paint", share).unwrap_or(law.color.map(|x| x.min(1.0))),
         opacity: table.maybe("opacity", share).unwrap_or(1.0),

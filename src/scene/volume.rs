@@ -10,6 +10,7 @@ use super::{
 use crate::{
     cells::{Grid, MOST_CELLS},
     paint::{Atlas, Coat, Method},
+    volume::Way,
 };
 use glam::{uvec3, UVec2, UVec3, Vec3};
 use serde::Serialize;
@@ -25,6 +26,9 @@ pub struct VolumeScene {
     pub cells: [u32; 3],
     /// What fills it.
     pub variant: Voxeliser,
+    /// Which way most particles go, for what is drawn; default down.
+    #[serde(serialize_with = "by_name")]
+    pub way: Way,
     /// Step of the meshes and of all that collides (s); `None` is a picture's time, a sixtieth of a second at the most.
     pub dt_s: Option<f64>,
     /// Most impacts of a step.
@@ -53,6 +57,20 @@ impl Voxeliser {
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(_, it)| *it == self).map_or("", |(name, _)| name)
     }
+}
+
+/// Ways, with their names.
+const WAYS: [(&str, Way); 6] = [
+    ("+x", Way::AlongX),
+    ("+y", Way::AlongY),
+    ("+z", Way::AlongZ),
+    ("-x", Way::DownX),
+    ("-y", Way::DownY),
+    ("-z", Way::DownZ),
+];
+
+fn by_name<S: serde::Serializer>(way: &Way, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(WAYS.iter().find(|(_, it)| it == way).map_or("", |(name, _)| name))
 }
 
 /// How impacts become paint.
@@ -149,6 +167,7 @@ pub(super) fn volume(mut table: Table<'_>) -> VolumeScene {
         cell_m,
         cells: cells.map(|n| n.min(f64::from(MOST_CELLS)) as u32),
         variant: table.choice("variant", &Voxeliser::ALL).unwrap_or_default(),
+        way: table.choice("way", &WAYS).unwrap_or(Way::DownY),
         dt_s: table.maybe("dt_s", Within(1e-4, 1.0)),
         impacts: table.maybe("impacts", Within(1.0, f64::from(1u32 << 25))).unwrap_or(1 << 16),
     };
@@ -236,6 +255,10 @@ pub struct VolumePlan {
     pub reason: String,
     /// Cells that the fastest particle crosses in a step.
     pub cells_a_step: f64,
+    /// No surface is faster (m/s).
+    pub surface_mps: f32,
+    /// Cells within which a particle looks for surfaces before it flies on without.
+    pub reach: u32,
 }
 
 impl Scene {
@@ -260,16 +283,20 @@ impl Scene {
             volume.variant.name(),
             surface_mps + fastest_mps,
         );
-        Some(VolumePlan { scene: volume.clone(), dt_s, reason, cells_a_step })
+        let mut plan = VolumePlan { scene: volume.clone(), dt_s, reason, cells_a_step, surface_mps, reach: 1 };
+        let reach = self.emitters.iter().filter_map(|it| {
+            let colliding = self.colliding(it, it.colliding()?, &plan);
+            Some(colliding.reach_of(surface_mps + fastest_mps, dt_s as f32))
+        });
+        plan.reach = reach.max().unwrap_or(1);
+        Some(plan)
     }
 
     /// Fastest surface, and fastest particle: thrown, pushed by that surface, and fallen as high as the volume is (m/s).
     fn fastest_mps(&self, volume: &VolumeScene, meshes: &[MeshPlan]) -> [f32; 2] {
-        let surface = meshes.iter().filter(|mesh| mesh.solid).map(|mesh| {
-            let (low, high) = mesh.mesh.bounds_m();
-            mesh.motion.fastest_mps(low.abs().max(high.abs()).length())
-        });
-        let surface_mps = surface.fold(0.0, f32::max);
+        let surface = meshes.iter().filter(|mesh| mesh.solid).map(MeshPlan::fastest_mps);
+        // What lies between the keys that were looked at, and what interpolation adds to them.
+        let surface_mps = 1.25 * surface.fold(0.0, f32::max);
         let high_m = volume.high_m() - Vec3::from(volume.low_m);
         let thrown = self.emitters.iter().filter_map(|it| {
             let (Throws::Law(law), Some(colliding)) = (&it.throws, it.colliding()) else { return None };
