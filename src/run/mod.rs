@@ -127,7 +127,7 @@ impl World {
         let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
-            false if plan.has_shadow() => [0.10, 0.115, 0.14, 1.0],
+            false if plan.has_shadow() => [0.016, 0.018, 0.023, 1.0],
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
             false => [0.0, 0.0, 0.0, 1.0],
         };
@@ -212,20 +212,23 @@ impl World {
                         });
                     }
                     gases.iter().for_each(|gas| gas.before_drawing(rec));
+                    let is_flat = room.as_ref().is_some_and(|(room, _)| room.is_flat());
                     let mut opaque = |rec: &mut Recorder<'_>| {
                         lakes.iter().for_each(|lake| lake.draw(rec));
                         gases.iter().for_each(|gas| gas.draw(rec));
                         if let Some((room, _)) = room {
                             room.draw(rec);
                         }
-                        emitters.draw_balls(rec);
+                        if !is_flat {
+                            emitters.draw_balls(rec);
+                        }
                     };
                     let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
                     let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
                     let layers = Layers {
                         opaque: &mut opaque,
-                        sprites: if emitters.draws() { Some(&mut draw) } else { None },
-                        splats: if emitters.splats() { Some(&mut splat) } else { None },
+                        sprites: if emitters.draws() && !is_flat { Some(&mut draw) } else { None },
+                        splats: if emitters.splats() && !is_flat { Some(&mut splat) } else { None },
                     };
                     stage.record_layers(rec, layers);
                 }

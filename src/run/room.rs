@@ -270,6 +270,11 @@ impl Room {
         }
     }
 
+    /// Whether the picture is of maps, where particles have no place.
+    pub fn is_flat(&self) -> bool {
+        matches!(self.seen, Seen::Maps(_))
+    }
+
     /// Draws them as the sun sees them.
     pub fn draw_shadow(&self, rec: &mut Recorder<'_>) {
         self.groups.iter().for_each(|group| group.draw.record_shadow(rec));
