@@ -265,6 +265,19 @@ fn of_two_floors_in_a_cell_the_one_that_particles_meet_first_stays_in_both_order
 }
 
 #[test]
+fn what_is_drawn_loses_what_is_steep() {
+    let gpu = gpu();
+    for (what, grid, bodies) in scenes() {
+        let (exact, _) = conservative(&gpu, grid, &bodies);
+        let Some(read) = drawn(&gpu, grid, &bodies, Way::DownY, Drawn::Once) else { continue };
+        let (all, found) = (exact.marked().len(), read.marked().len());
+        println!("{what}: {found} of {all} cells are drawn");
+        assert!(read.marked().iter().all(|&cell| exact.is_occupied(cell)), "{what}");
+        assert!(10 * found < 9 * all && 5 * found > all, "{what}: {found} of {all}");
+    }
+}
+
+#[test]
 fn a_wall_along_the_way_is_lost_by_all_that_is_drawn_v2() {
     let gpu = gpu();
     let grid = grid(8, 0.2);
