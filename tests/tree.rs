@@ -94,6 +94,7 @@ fn dependencies_point_down() {
 fn twins_know_nothing_of_the_gpu() {
     for file in [
         "src/impact/cpu.rs",
+        "src/paint/cpu.rs",
         "src/particles/cpu.rs",
         "src/prims/cpu.rs",
         "src/volume/cpu.rs",

@@ -26,7 +26,7 @@ void main() {
     Box tile = tiles[BLOCK_TILES * block + gl_LocalInvocationIndex];
     vec3 low = tile.low_m, high = tile.high_m;
     uint covered = tile.covered;
-    if (join(low, high, covered)) {
+    if (join_all(low, high, covered)) {
         blocks[block].low_m = low;
         blocks[block].mesh = p.mesh;
         blocks[block].high_m = high;

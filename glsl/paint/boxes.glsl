@@ -8,25 +8,29 @@ shared vec3 lows[64];
 shared vec3 highs[64];
 shared uint covers[64];
 
-// True for the first invocation, which has the result in all three.
-bool join(inout vec3 low, inout vec3 high, inout uint covered) {
+void join(uint with, inout vec3 low, inout vec3 high, inout uint covered) {
+    low = min(low, lows[with]);
+    high = max(high, highs[with]);
+    covered += covers[with];
+}
+
+// True for the first invocation, which has the result in all three. Eights, then the eight of them: two barriers.
+bool join_all(inout vec3 low, inout vec3 high, inout uint covered) {
     uint lane = gl_LocalInvocationIndex;
     lows[lane] = low;
     highs[lane] = high;
     covers[lane] = covered;
     barrier();
-    for (uint half_way = 32u; half_way > 0u; half_way >>= 1u) {
-        if (lane < half_way) {
-            lows[lane] = min(lows[lane], lows[lane + half_way]);
-            highs[lane] = max(highs[lane], highs[lane + half_way]);
-            covers[lane] += covers[lane + half_way];
-        }
-        barrier();
+    if ((lane & 7u) == 0u) {
+        for (uint k = 1u; k < 8u; ++k) join(lane + k, low, high, covered);
+        lows[lane] = low;
+        highs[lane] = high;
+        covers[lane] = covered;
     }
-    low = lows[0];
-    high = highs[0];
-    covered = covers[0];
-    return lane == 0u;
+    barrier();
+    if (lane != 0u) return false;
+    for (uint k = 8u; k < 64u; k += 8u) join(k, low, high, covered);
+    return true;
 }
 
 #endif

@@ -47,7 +47,7 @@ void main() {
     positions[i].triangle = triangle;
     vec3 low = is_covered ? at : vec3(FARTHEST), high = is_covered ? at : vec3(-FARTHEST);
     uint covered = uint(is_covered);
-    if (join(low, high, covered)) {
+    if (join_all(low, high, covered)) {
         tiles[tile].low_m = low;
         tiles[tile].mesh = p.mesh;
         tiles[tile].high_m = high;

@@ -139,6 +139,15 @@ impl From<whitecap::disks::Error> for Failure {
     }
 }
 
+impl From<whitecap::paint::Error> for Failure {
+    fn from(error: whitecap::paint::Error) -> Self {
+        match error {
+            whitecap::paint::Error::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)
@@ -160,6 +169,7 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::Disks(error) => error.into(),
+            study::Error::Paint(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),

@@ -99,17 +99,25 @@ impl Atlas {
         let mut atlas = Self { maps: Vec::new(), texels: Vec::new(), charts: Vec::new() };
         let (mut first_triangle, mut first_block) = (0, 0);
         for (mesh, size) in meshes {
+            check(mesh, *size)?;
             let map = Map::new(*size, first_block);
-            check(mesh, *size, first_block + map.blocks())?;
+            first_block += map.blocks();
+            if first_block > MOST_BLOCKS {
+                let what = format!(
+                    "with its paint map there are {first_block} blocks of {BLOCK_SIDE} x {BLOCK_SIDE} texels; allowed are {MOST_BLOCKS} for all meshes"
+                );
+                return Err(MeshError { name: mesh.name.clone(), what });
+            }
+            atlas.maps.push(map);
+        }
+        for ((mesh, _), map) in meshes.iter().zip(atlas.maps.clone()) {
             atlas.texels.resize(atlas.texels.len() + map.texels(), Texel::default());
             let mut drawn =
                 Drawn { map, texels: &mut atlas.texels, first_triangle, charts: Charts::default() };
             drawn.cover(mesh);
             drawn.surround(mesh, f64::from(gutter));
             atlas.charts.push(drawn.charts);
-            atlas.maps.push(map);
             first_triangle += mesh.triangles.len() as u32;
-            first_block += map.blocks();
         }
         Ok(atlas)
     }
@@ -120,18 +128,12 @@ impl Atlas {
     }
 }
 
-fn check(mesh: &Mesh, size: UVec2, blocks: u32) -> Result<(), MeshError> {
+fn check(mesh: &Mesh, size: UVec2) -> Result<(), MeshError> {
     let fail = |what: String| Err(MeshError { name: mesh.name.clone(), what });
     if size.min_element() == 0 || size.max_element() > MOST_SIDE {
         return fail(format!(
             "a paint map of {} x {} texels; allowed are sides of 1 to {MOST_SIDE}",
             size.x, size.y
-        ));
-    }
-    if blocks > MOST_BLOCKS {
-        let side = BLOCK_SIDE;
-        return fail(format!(
-            "with its paint map there are {blocks} blocks of {side} x {side} texels; allowed are {MOST_BLOCKS} for all meshes"
         ));
     }
     if mesh.uv.is_empty() {

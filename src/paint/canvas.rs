@@ -12,6 +12,7 @@ pub struct Paint {
     place: Kernel,
     blocks: Kernel,
     resolve: Kernel,
+    pub(super) take: Kernel,
     pub(super) particles: Culling,
     pub(super) impacts: Culling,
     pub(super) order: super::splat::Order,
@@ -52,6 +53,12 @@ impl Paint {
             blocks: &["Paint", "Rows"],
             constants: &[format as u32],
         };
+        let take = KernelInfo {
+            name: c"paint.take",
+            spv: shaders::PAINT_TAKE_COMP,
+            blocks: &["Planes", "Counts", "Drops"],
+            constants: &[],
+        };
         Ok(Self {
             place: kernel(
                 c"paint.place",
@@ -60,6 +67,7 @@ impl Paint {
             )?,
             blocks: kernel(c"paint.blocks", shaders::PAINT_BLOCKS_COMP, &["Tiles", "Blocks"])?,
             resolve: Kernel::new::<Map>(gpu, &resolve)?,
+            take: Kernel::new::<super::TakeParams>(gpu, &take)?,
             particles: Culling::new(gpu, 0, format, group)?,
             impacts: Culling::new(gpu, 1, format, group)?,
             order: super::splat::Order::new(gpu)?,

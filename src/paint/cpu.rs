@@ -54,6 +54,13 @@ pub fn box_distance_sq(at_m: Vec3, bounds: &Bounds) -> f32 {
     (way.x * way.x + way.y * way.y) + way.z * way.z
 }
 
+/// Particles as drops, `most` of them: twin of `glsl/paint/take.comp`.
+pub fn take(at_m: &[Vec3], most: usize, source: u32) -> Vec<Drop> {
+    let nobody = Drop { at_m: Vec3::ZERO, source: u32::MAX };
+    let all = at_m.iter().map(|&at_m| Drop { at_m, source });
+    all.chain(std::iter::repeat(nobody)).take(most).collect()
+}
+
 /// A texel under one more coat.
 pub fn over<F: Number>(paint: [F; 4], coat: [f32; 4]) -> [F; 4] {
     let keep = F::from(1.0) - F::from(coat[3]);

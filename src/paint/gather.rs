@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paint from particles that are near. Reads `glsl/paint/{brute,tiles,begin,sift,sifted}.comp`.
 
-use super::{Canvas, Coat, Format, GatherParams, Invalid, Paint, Work, BLOCK, TILE};
+use super::{Canvas, Coat, Format, GatherParams, Invalid, Paint, Work, BLOCK, MOST_DROPS, TILE};
 use crate::{
     gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource},
     shaders,
@@ -12,9 +12,9 @@ use crate::{
 pub enum Method {
     /// Every texel looks at every drop, as the seed does.
     Brute,
-    /// Every tile of 8 x 8 texels looks at every drop, its texels at what is near.
+    /// Every tile of 8 x 8 texels looks at every drop, its texels at what is near: one dispatch.
     Tiles,
-    /// Every block of 8 x 8 tiles looks at every drop, its tiles at what is near.
+    /// Every block of 8 x 8 tiles looks at every drop, its tiles at what is near: for most numbers the fastest.
     Sifted,
 }
 
@@ -93,7 +93,11 @@ impl Culling {
         canvas: &Canvas,
         input: &Input<'_>,
         most: u32,
-    ) -> gpu::Result<Culled> {
+    ) -> Result<Culled, super::Error> {
+        if most > MOST_DROPS {
+            let allowed = format!("up to {MOST_DROPS}");
+            return Err(Invalid { key: "drops", value: most.to_string(), allowed }.into());
+        }
         let (blocks, words) = (canvas.block_count(), 8 * most.div_ceil(256).max(1));
         let device = |name, words: u64| Buffer::new(gpu, name, 4 * words, Residence::Device);
         let flags = device("paint.flags", u64::from(blocks))?;
@@ -200,7 +204,7 @@ impl Paint {
     /// From `drops`, [`super::Drop`]s, on `canvas`, a coat of `coats` each.
     ///
     /// # Errors
-    /// More than 65535 coats or none, or if the device has no room for a bit for each pair of a block and a drop.
+    /// More than 65535 coats or none, more than [`MOST_DROPS`] drops, or if the device has no room for a bit for each pair of a block and a drop.
     pub fn gather(&self, canvas: &Canvas, drops: &Buffer, coats: &[Coat]) -> Result<Gather, super::Error> {
         let coats = upload_coats(&self.gpu, coats)?;
         let most = (drops.bytes() / size_of::<super::Drop>() as u64) as u32;

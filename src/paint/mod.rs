@@ -15,6 +15,7 @@
 //! | `paint.mark`   | impacts                                 | marks                       | [`cpu::in_order`]  |
 //! | `paint.bits`   | marks                                   | sums                        | [`cpu::in_order`]  |
 //! | `paint.drops`  | impacts, marks, sums                    | drops, homes                | [`cpu::in_order`]  |
+//! | `paint.take`   | particles in planes                     | drops                       | [`cpu::take`]      |
 //! | `paint.resolve`| paint                                   | rows                        | [`cpu::rows`]      |
 //!
 //! A mesh has a *position map*: for each texel of its texture the place in the world ([`Atlas`], [`Canvas`]), and a *paint map*
@@ -30,11 +31,13 @@ mod canvas;
 pub mod cpu;
 mod gather;
 mod splat;
+mod take;
 
 pub use atlas::{Atlas, Charts, Overlap, Texel};
 pub use canvas::{Canvas, Paint, Rows};
 pub use gather::{Gather, Method, Taken};
 pub use splat::{Splat, SplatParams};
+pub use take::{Take, TakeParams};
 
 use crate::{gpu, mesh::MeshError};
 use glam::{UVec2, Vec3};
@@ -216,6 +219,9 @@ impl Coat {
     pub const MOST_ORDERS: u32 = 1 << 28;
 }
 
+/// Most drops that are culled: what a row of workgroups of 256 has.
+pub const MOST_DROPS: u32 = 65_535 * 256;
+
 /// Push constants of all that gathers: `GatherParams` in `glsl/paint/drops.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -266,7 +272,7 @@ impl Work {
 /// How a texel is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Four halves, 8 bytes: coats fainter than 1 in 1000 stop short of full cover (docs/paint.md).
+    /// Four halves, 8 bytes: faint coats, one a step, stop short of full cover (docs/paint.md).
     Halves,
     /// Four floats, 16 bytes.
     Floats,

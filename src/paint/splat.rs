@@ -65,7 +65,7 @@ impl Paint {
     /// taken turns ([`Coat::take_turns`]).
     ///
     /// # Errors
-    /// Coats that have not, more than 65535 coats or meshes, or if the device has no room.
+    /// Coats that have not, more than 65535 coats or meshes, more than [`super::MOST_DROPS`] impacts a step, or if the device has no room.
     pub fn splat(&self, canvas: &Canvas, stream: &Stream, coats: &[Coat]) -> Result<Splat, super::Error> {
         let gpu = &self.gpu;
         let orders: u64 = coats.iter().map(|coat| u64::from(coat.orders)).sum();

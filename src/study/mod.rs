@@ -43,6 +43,9 @@ pub enum Error {
     /// A box of disks'.
     #[error(transparent)]
     Disks(#[from] crate::disks::Error),
+    /// A canvas's.
+    #[error(transparent)]
+    Paint(#[from] crate::paint::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),

@@ -125,11 +125,12 @@ fn what_cannot_be_painted_is_refused_by_name() {
     assert!(error(&wild, size).contains("NaN"));
     assert!(error(&block(), UVec2::new(0, 5)).contains("0 x 5 texels; allowed are sides of 1 to 8192"));
     assert!(error(&block(), UVec2::new(8193, 5)).contains("8193"));
-    let many =
-        vec![(&block(), UVec2::splat(8192)); 3].iter().map(|(m, s)| ((*m).clone(), *s)).collect::<Vec<_>>();
-    let _ = many;
+    assert!(error(&block(), UVec2::MAX).contains("4294967295"));
+    let block = block();
+    let many = Atlas::new(&[(&block, UVec2::splat(8192)); 3], 2).unwrap_err().to_string();
+    assert!(many.contains("49152 blocks of 64 x 64 texels; allowed are 32768 for all meshes"), "{many}");
     // A triangle that is a line on the map is counted.
-    let mut flat = block();
+    let mut flat = block.clone();
     let one = flat.uv[0];
     flat.uv[..4].iter_mut().for_each(|uv| *uv = one);
     assert_eq!(atlas(&flat, 64, 2).charts[0].flat, 2);

@@ -6,6 +6,7 @@ pub mod ballistic;
 pub mod black_hole;
 pub mod disks;
 pub mod draw;
+pub mod paint;
 pub mod particles;
 pub mod prims;
 pub mod volume;
@@ -67,6 +68,7 @@ const SUITES: &[Suite] = &[
     draw::SUITE,
     disks::SUITE,
     volume::SUITE,
+    paint::SUITE,
     prims::SUITE,
 ];
 
@@ -169,6 +171,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
         | Error::Disks(crate::disks::Error::Gpu(error))
+        | Error::Paint(crate::paint::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
