@@ -96,6 +96,7 @@ fn twins_know_nothing_of_the_gpu() {
         "src/impact/cpu.rs",
         "src/particles/cpu.rs",
         "src/prims/cpu.rs",
+        "src/volume/cpu.rs",
         "src/water/cpu.rs",
         "src/water/oracle.rs",
         "src/water/starts.rs",

@@ -7,6 +7,7 @@ mod common;
 mod conservative;
 mod layouts;
 mod motion;
+mod raster;
 
 use common::TestGpu;
 use glam::{vec3, Mat4, UVec3, Vec3};

@@ -8,6 +8,7 @@ pub mod disks;
 pub mod draw;
 pub mod particles;
 pub mod prims;
+pub mod volume;
 pub mod water;
 
 use super::{
@@ -65,6 +66,7 @@ const SUITES: &[Suite] = &[
     ballistic::SUITE,
     draw::SUITE,
     disks::SUITE,
+    volume::SUITE,
     prims::SUITE,
 ];
 
@@ -180,8 +182,10 @@ fn reason_to_skip(error: Error) -> Result<String> {
 }
 
 fn does_not_fit(error: &crate::gpu::Error) -> bool {
-    matches!(error, crate::gpu::Error::Limit { .. } | crate::gpu::Error::Memory { .. })
-        || error.is_out_of_memory()
+    matches!(
+        error,
+        crate::gpu::Error::Limit { .. } | crate::gpu::Error::Memory { .. } | crate::gpu::Error::Lacks { .. }
+    ) || error.is_out_of_memory()
 }
 
 struct Row<'a> {
