@@ -159,6 +159,8 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::Disks(error) => error.into(),
+            study::Error::Meshes(whitecap::mesh::MeshesError::Gpu(error)) => error.into(),
+            study::Error::Meshes(whitecap::mesh::MeshesError::Mesh(error)) => Self::input(error),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),

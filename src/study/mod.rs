@@ -43,6 +43,9 @@ pub enum Error {
     /// A box of disks'.
     #[error(transparent)]
     Disks(#[from] crate::disks::Error),
+    /// Of the meshes of a scene.
+    #[error(transparent)]
+    Meshes(#[from] crate::mesh::MeshesError),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
