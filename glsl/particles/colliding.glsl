@@ -98,6 +98,16 @@ vec3 held_pull(Held held, vec3 velocity_mps, vec3 gravity_mps2, float left_s) {
     return pull;
 }
 
+// The place of an impact is rounded, always to the same side for the same plane: without more, each bounce would win or lose
+// a little. What the speed into the plane lacks, so that it is that of a fall by what the particle has really come down.
+float rounding(float w, float a, float after_s, float rise_m) {
+    precise float square = w * w + 2.0 * a * rise_m;
+    precise float speed = w + a * after_s;
+    if (!(speed < 0.0) || !(square > 0.0)) return 0.0;
+    precise float lacks = -sqrt(square) - speed;
+    return lacks;
+}
+
 void collide(inout Particle it, float dt_s) {
     vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
     vec3 at = it.at_m, velocity = it.velocity_mps, pull = gravity, push = vec3(0.0);
@@ -122,9 +132,14 @@ void collide(inout Particle it, float dt_s) {
             }
             if (!hit.is_any) break;
             vec3 n = hit.normal, u = hit.velocity_mps;
+            vec3 from = at;
             at = moved(at, moving, pull, hit.after_s);
             precise vec3 then = velocity + pull * hit.after_s;
-            velocity = then;
+            precise vec3 sinking = moving - u;
+            precise vec3 moves = at - from;
+            precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
+            precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(pull, n), hit.after_s, rise);
+            velocity = made_good;
             precise float after = left_s - hit.after_s;
             left_s = max(after, 0.0);
             precise float pushing = dotted(push, n);

@@ -139,10 +139,19 @@ impl From<whitecap::disks::Error> for Failure {
     }
 }
 
-impl From<whitecap::paint::Error> for Failure {
-    fn from(error: whitecap::paint::Error) -> Self {
+impl From<paint::Error> for Failure {
+    fn from(error: paint::Error) -> Self {
         match error {
-            whitecap::paint::Error::Gpu(error) => error.into(),
+            paint::Error::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
+impl From<MeshesError> for Failure {
+    fn from(error: MeshesError) -> Self {
+        match error {
+            MeshesError::Gpu(error) => error.into(),
             error => Self::input(error),
         }
     }
@@ -170,6 +179,7 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::Disks(error) => error.into(),
             study::Error::Paint(error) => error.into(),
+            study::Error::Meshes(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
@@ -185,9 +195,8 @@ impl From<RunError> for Failure {
             RunError::Disks(error) => error.into(),
             RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
-            RunError::Meshes(MeshesError::Gpu(error)) | RunError::Paint(paint::Error::Gpu(error)) => error.into(),
-            RunError::Meshes(error) => Self::input(error),
-            RunError::Paint(error) => Self::input(error),
+            RunError::Meshes(error) => error.into(),
+            RunError::Paint(error) => error.into(),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }

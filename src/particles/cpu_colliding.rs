@@ -110,6 +110,16 @@ fn fall_s(c: f32, w: f32, a: f32) -> f32 {
     }
 }
 
+fn rounding(w: f32, a: f32, after: f32, rise: f32) -> f32 {
+    let square = w * w + 2.0 * a * rise;
+    let speed = w + a * after;
+    if speed < 0.0 && square > 0.0 {
+        -square.sqrt() - speed
+    } else {
+        0.0
+    }
+}
+
 fn farthest(velocity: Vec3, pull: Vec3, left: f32) -> Vec3 {
     velocity.abs() * left + pull.abs() * (0.5 * left * left)
 }
@@ -332,8 +342,11 @@ impl Law<'_> {
                     break;
                 }
                 let (n, u) = (hit.normal, hit.velocity_mps);
+                let from = at;
                 at = moved(at, moving, pull, hit.after_s);
-                velocity += pull * hit.after_s;
+                let rise = dotted(at - from, n) - dotted(u, n) * hit.after_s;
+                velocity = (velocity + pull * hit.after_s)
+                    + n * rounding(dotted(moving - u, n), dotted(pull, n), hit.after_s, rise);
                 left = (left - hit.after_s).max(0.0);
                 let pushing = dotted(push, n);
                 if pushing < 0.0 {

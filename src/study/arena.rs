@@ -4,14 +4,17 @@
 
 use super::Result;
 use crate::{
-    cells::{Cells, Read},
+    cells::{Cells, Grid, Read},
     gpu::{Gpu, Recorder},
     impact::{Count, Impact, Stream},
+    mesh::{Body, Mesh, Meshes},
     particles::{
         colliding::{Colliding, Method, Surroundings},
-        Options, Particle, Particles, Pool, PoolInfo, Step,
+        Particle, Particles, Pool, PoolInfo, Step,
     },
+    volume::{Conservative, Layered, Router, Way},
 };
+use glam::Mat4;
 
 /// Longer than any run: a quarter of the clock.
 const LIFE_S: f64 = 16_384.0;
@@ -30,16 +33,23 @@ pub struct Arena {
 }
 
 impl Arena {
-    /// `particles` among `cells`, which are voxelised already; `law.reach` is made that of steps of `dt_s` at up to
-    /// `speed_mps`.
+    /// The kernels of a method.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn kernels(gpu: &Gpu, method: Method) -> Result<Particles> {
+        Ok(Particles::new(gpu, &Colliding::law(method), Colliding::options(gpu))?)
+    }
+
+    /// `particles` among `cells`, which are voxelised already, looked at within `reach`.
     ///
     /// # Errors
     /// The device's, or if a number is out of range.
     pub fn new(
         gpu: &Gpu,
+        kernels: &Particles,
         cells: &Cells,
         law: Colliding,
-        (method, options): (Method, Options),
         reach: u32,
         particles: &[Particle],
         most_impacts: u32,
@@ -49,19 +59,36 @@ impl Arena {
         let surroundings = Surroundings::new(gpu, cells, reach)?;
         gpu.once(|rec| surroundings.record(rec))?;
         let stream = Stream::new(gpu, most_impacts)?;
-        let tile = options.tuning.tile();
         let info = PoolInfo {
-            capacity: (particles.len() as u32).next_multiple_of(tile),
+            capacity: particles.len() as u32,
             life_s: LIFE_S,
             seed: 1,
             start: 0,
             emitters: &[],
             law: bytemuck::bytes_of(&law),
         };
-        let mut pool = Particles::new(gpu, &Colliding::law(method), options)?
-            .pool_with(&info, &surroundings.resources(&stream))?;
+        let mut pool = kernels.pool_with(&info, &surroundings.resources(&stream))?;
         pool.upload(particles)?;
         Ok(Self { pool, surroundings, stream, law, index: 0, gpu: gpu.clone() })
+    }
+
+    /// Cells of meshes that do not move: exactly, or as slices drawn from above have them.
+    ///
+    /// # Errors
+    /// The device's; it may have no layered rendering.
+    pub fn voxelise(gpu: &Gpu, grid: Grid, meshes: &[Mesh], is_layered: bool) -> Result<Cells> {
+        let still = |mesh: &Mesh| Body { mesh: mesh.clone(), world: Mat4::IDENTITY, moves: false };
+        let bodies: Vec<Body> = meshes.iter().map(still).collect();
+        let meshes = Meshes::new(gpu, &bodies)?;
+        let cells = Cells::new(gpu, grid)?;
+        if is_layered {
+            let volume = Layered::new(gpu, &meshes, &cells, Way::DownY, Router::of(gpu)?)?;
+            gpu.once(|rec| volume.record(rec))?;
+        } else {
+            let volume = Conservative::new(gpu, &meshes, &cells)?;
+            gpu.once(|rec| volume.record(rec))?;
+        }
+        Ok(cells)
     }
 
     /// Cells on the device as they are on the host.

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cells filled on the host, in f64: scenes of a few triangles for hard cases and tests, and what a look from above alone
-//! would mark of them.
+//! Cells filled on the host, in f64: scenes of a few triangles for hard cases and tests
+//! that must not depend on a voxelisation.
 
-use crate::cells::{Grid, Plane, Read};
+use crate::{
+    cells::{Grid, Plane, Read},
+    mesh::{Mesh, MeshError},
+};
 use glam::{DVec3, IVec3, Vec3};
 
 /// A triangle that moves.
@@ -70,37 +73,13 @@ pub fn cuboid(low: DVec3, high: DVec3, is_room: bool) -> Vec<Triangle> {
 
 /// Every cell that a triangle touches, its nearest plane and the one that differs most from it.
 pub fn fill(grid: &Grid, triangles: &[Triangle]) -> Read {
-    fill_where(grid, triangles, |triangle, centre, half| triangle.touches(centre, half))
-}
-
-/// Only cells whose middle column a triangle crosses, and only one plane: what rendering slices from above writes.
-pub fn fill_from_above(grid: &Grid, triangles: &[Triangle]) -> Read {
-    let mut read = fill_where(grid, triangles, |triangle, centre, half| {
-        let [a, b, c] = triangle.corners_m;
-        let normal = (b - a).cross(c - a);
-        let side = |from: DVec3, to: DVec3| {
-            (to.x - from.x) * (centre.z - from.z) - (to.z - from.z) * (centre.x - from.x)
-        };
-        let sides = [side(a, b), side(b, c), side(c, a)];
-        let is_over = sides.iter().all(|it| *it >= 0.0) || sides.iter().all(|it| *it <= 0.0);
-        if normal.y == 0.0 || !is_over {
-            return false;
-        }
-        let y = a.y - ((centre.x - a.x) * normal.x + (centre.z - a.z) * normal.z) / normal.y;
-        y >= centre.y - half && y < centre.y + half
-    });
-    read.planes.iter_mut().skip(1).step_by(2).for_each(|second| *second = Plane::default());
-    read
-}
-
-fn fill_where(grid: &Grid, triangles: &[Triangle], marks: impl Fn(&Triangle, DVec3, f64) -> bool) -> Read {
     let none = Plane::default();
     let mut read =
         Read { occupied: vec![0; grid.count().div_ceil(32)], planes: vec![none; 2 * grid.count()] };
     let half = 0.5 * f64::from(grid.cell_m);
     for i in 0..grid.count() {
         let centre = centre_m(grid, grid.cell(i));
-        let inside = triangles.iter().enumerate().filter(|(_, it)| marks(it, centre, half));
+        let inside = triangles.iter().enumerate().filter(|(_, it)| it.touches(centre, half));
         let planes: Vec<Plane> = inside.map(|(number, it)| it.plane(centre, number)).collect();
         let nearest = planes.iter().min_by(|a, b| a.distance_m.abs().total_cmp(&b.distance_m.abs()));
         let Some(&first) = nearest else { continue };
@@ -116,6 +95,16 @@ fn fill_where(grid: &Grid, triangles: &[Triangle], marks: impl Fn(&Triangle, DVe
         read.planes[2 * i + 1] = second.copied().unwrap_or_default();
     }
     read
+}
+
+/// The triangles as a mesh.
+///
+/// # Errors
+/// If one is no triangle.
+pub fn mesh(name: &str, triangles: &[Triangle]) -> Result<Mesh, MeshError> {
+    let at_m = triangles.iter().flat_map(|it| it.corners_m.map(|corner| corner.as_vec3())).collect();
+    let corners = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    Mesh::still(name, at_m, Vec::new(), corners)
 }
 
 /// As the shader has it: rounded like a place of the particle.

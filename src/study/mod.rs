@@ -46,6 +46,9 @@ pub enum Error {
     /// A canvas's.
     #[error(transparent)]
     Paint(#[from] crate::paint::Error),
+    /// Of the meshes of a scene.
+    #[error(transparent)]
+    Meshes(#[from] crate::mesh::MeshesError),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
