@@ -122,7 +122,7 @@ fn the_plan_says_how_many_cells_a_step_takes() {
     // 30 m/s and a fall of two metres, in a sixtieth of a second, over cells of a sixteenth of a metre.
     let expected = (30.0f64.powi(2) + 2.0 * 9.81 * 2.0).sqrt() / 60.0 * 16.0;
     assert!((volume.cells_a_step - expected).abs() < 1e-3, "{} {expected}", volume.cells_a_step);
-    assert!(plan.emitters[0].reason.contains("more than a cell a step"), "{}", plan.emitters[0].reason);
+    assert!(plan.emitters[0].reason.contains("cells a step at the most, more than one: the rule takes `dda2`"), "{}", plan.emitters[0].reason);
 }
 
 fn run_into(gpu: &Gpu, scene: &Scene, change: impl FnOnce(&mut RunOptions)) -> (TempDir, Written) {

@@ -71,8 +71,10 @@ pub(super) struct Room {
     brush: Option<Brush>,
     seen: Seen,
     clock: FixedStep,
-    /// Steps that are recorded; `None`: not even the start is.
-    taken: Option<u64>,
+    /// Steps that are recorded.
+    taken: u64,
+    /// Meshes are where they are after these steps.
+    is_placed: bool,
     /// A ball round what casts shadows (m).
     ball_m: (Vec3, f32),
 }
@@ -130,7 +132,8 @@ impl Room {
             brush,
             seen,
             clock: FixedStep::new(dt_s, u32::MAX),
-            taken: None,
+            taken: 0,
+            is_placed: false,
             ball_m: (0.5 * (low + high), 0.75 * low.distance(high)),
         })
     }
@@ -162,7 +165,7 @@ impl Room {
         for _ in 0..pictures {
             self.clock.advance(frame_s);
         }
-        self.taken = None;
+        (self.taken, self.is_placed) = (self.clock.steps(), false);
         match (&self.brush, state) {
             (Some(brush), Some(state)) => brush.restore(gpu, state),
             (brush, state) => Ok(brush.is_none() && state.is_none()),
@@ -180,16 +183,14 @@ impl Room {
         // The last picture may still be on its way.
         rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
         rec.barrier(Access::GraphicsRead, Access::CopyWrite);
-        let first = match self.taken {
-            Some(taken) => taken,
-            None => {
-                // As it is at the start, or was when the state was stored.
-                self.place(rec, self.clock.steps() as f64 * dt_s, dt_s, true)?;
-                self.clock.steps()
-            }
-        };
-        for index in first..self.clock.steps() {
-            self.place(rec, (index + 1) as f64 * dt_s, dt_s, false)?;
+        if !self.is_placed {
+            // As it is at the start, or was when the state was stored.
+            self.place(rec, self.taken as f64 * dt_s, dt_s, true)?;
+            self.is_placed = true;
+        }
+        while self.taken < self.clock.steps() {
+            self.taken += 1;
+            self.place(rec, self.taken as f64 * dt_s, dt_s, false)?;
             match &self.volume {
                 Some(volume) => {
                     volume.stream.record_begin(rec);
@@ -203,7 +204,6 @@ impl Room {
                 None => emitters.record_colliding(rec),
             }
         }
-        self.taken = Some(self.clock.steps());
         rec.barrier(Access::ComputeReadWrite, MeshesDraw::ENTRY);
         rec.barrier(Access::CopyWrite, MeshesDraw::ENTRY);
         Ok(())
