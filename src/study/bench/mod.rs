@@ -4,6 +4,7 @@
 
 pub mod ballistic;
 pub mod black_hole;
+mod colliding;
 pub mod disks;
 pub mod draw;
 pub mod particles;
@@ -67,6 +68,7 @@ const SUITES: &[Suite] = &[
     draw::SUITE,
     disks::SUITE,
     volume::SUITE,
+    colliding::SUITE,
     prims::SUITE,
 ];
 
