@@ -5,7 +5,7 @@
 use super::Result;
 use crate::{
     cells::{Cells, Grid, Read},
-    gpu::{Gpu, Recorder},
+    gpu::{Access, Buffer, Gpu, Recorder, Residence},
     impact::{Count, Impact, Stream},
     mesh::{Body, Mesh, Meshes},
     particles::{
@@ -29,6 +29,7 @@ pub struct Arena {
     pub stream: Stream,
     law: Colliding,
     index: u64,
+    start: Option<Buffer>,
     gpu: Gpu,
 }
 
@@ -69,7 +70,7 @@ impl Arena {
         };
         let mut pool = kernels.pool_with(&info, &surroundings.resources(&stream))?;
         pool.upload(particles)?;
-        Ok(Self { pool, surroundings, stream, law, index: 0, gpu: gpu.clone() })
+        Ok(Self { pool, surroundings, stream, law, index: 0, start: None, gpu: gpu.clone() })
     }
 
     /// Cells of meshes that do not move: exactly, or as slices drawn from above have them.
@@ -99,6 +100,27 @@ impl Arena {
         gpu.upload_to(cells.occupied(), &read.occupied)?;
         gpu.upload_to(cells.planes(), &read.planes)?;
         Ok(())
+    }
+
+    /// Records that the particles are put back to where they began, if [`Arena::rewinds`] has been asked for.
+    pub fn restart(&self, rec: &mut Recorder<'_>) {
+        if let Some(start) = &self.start {
+            rec.barrier(Access::ComputeReadWrite, Access::CopyWrite);
+            rec.copy(start, self.pool.particles());
+            rec.barrier(Access::CopyWrite, Access::ComputeReadWrite);
+        }
+    }
+
+    /// Keeps the particles as they are now, for [`Arena::restart`].
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn rewinds(mut self) -> Result<Self> {
+        let from = self.pool.particles();
+        let start = Buffer::new(&self.gpu, "arena.start", from.bytes(), Residence::Device)?;
+        self.gpu.once(|rec| rec.copy(from, &start))?;
+        self.start = Some(start);
+        Ok(self)
     }
 
     /// Records the next step of `dt_s`.

@@ -15,6 +15,7 @@ pub mod page;
 pub mod plot;
 pub mod runs;
 pub mod shapes;
+pub mod volume;
 
 use crate::{
     gpu::{self, Gpu},
@@ -118,7 +119,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME, volume::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -147,6 +148,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(disks::NAME) {
         studies.extend(disks::study(gpu, quick, progress)?);
+    }
+    if is_wanted(volume::NAME) {
+        studies.extend(take(volume::study(gpu, quick, progress)?));
     }
     Ok(Study {
         device: gpu.name().into(),

@@ -4,6 +4,7 @@
 
 pub mod ballistic;
 pub mod black_hole;
+mod colliding;
 pub mod disks;
 pub mod draw;
 pub mod paint;
@@ -69,6 +70,7 @@ const SUITES: &[Suite] = &[
     disks::SUITE,
     volume::SUITE,
     paint::SUITE,
+    colliding::SUITE,
     prims::SUITE,
 ];
 
