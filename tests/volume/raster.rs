@@ -205,7 +205,7 @@ fn one_pass_gives_the_texels_of_the_layers_to_the_bit_but_for_ties() {
             for router in [Router::Vertex, Router::Geometry] {
                 let Some(layers) = drawn(&gpu, grid, &bodies, way, Drawn::Layers(router)) else { continue };
                 let (mut same, mut other) = (0, 0);
-                for cell in 0..grid.count() {
+                for (cell, is_tied) in tied.iter().enumerate() {
                     match (once.planes_of(cell), layers.planes_of(cell)) {
                         ([], []) => {}
                         ([a], [b]) if a.triangle == b.triangle => {
@@ -224,7 +224,7 @@ fn one_pass_gives_the_texels_of_the_layers_to_the_bit_but_for_ties() {
                         // Two that are as near: a key has fewer bits for depth.
                         ([_], [_]) => other += 1,
                         (a, b) => {
-                            assert!(tied[cell], "{what}, {way:?}, {router:?}, cell {cell}: {a:?}, {b:?}");
+                            assert!(is_tied, "{what}, {way:?}, {router:?}, cell {cell}: {a:?}, {b:?}");
                             other += 1;
                         }
                     }
