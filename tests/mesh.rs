@@ -36,7 +36,10 @@ fn a_room_is_seen_from_inside_and_may_be_open() {
     assert!((volume(&closed) + 8.0).abs() < 1e-5, "{}", volume(&closed));
     let open = walls::room(vec3(0.5, 1.0, 2.0), &[Side::Front, Side::Top]);
     assert_eq!((closed.triangles.len(), open.triangles.len()), (12, 8));
-    assert!(open.normals.iter().all(|n| n.y > -0.5 && n.z > -0.5), "walls that look in from the front or the top");
+    assert!(
+        open.normals.iter().all(|n| n.y > -0.5 && n.z > -0.5),
+        "walls that look in from the front or the top"
+    );
     assert_eq!(overlapping_texels(&closed, 512), 0);
 }
 

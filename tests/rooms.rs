@@ -21,7 +21,8 @@ use whitecap::{
 
 const BLOCK: &str = "[[mesh]]\nname = 'block'\nshape = 'box'\nhalf_m = [0.4, 0.1, 0.4]\n";
 const VOLUME: &str = "[volume]\nlow_m = [-1, -1, -1]\nsize_m = [2, 2, 2]\n";
-const RAIN: &str = "[[emitter]]\nname = 'rain'\nlaw = 'colliding'\nradius_m = 0.02\npopulation = 100\nat_m = [0, 0.5, 0]\n\
+const RAIN: &str =
+    "[[emitter]]\nname = 'rain'\nlaw = 'colliding'\nradius_m = 0.02\npopulation = 100\nat_m = [0, 0.5, 0]\n\
                     spread_m = 0.3\nrespawn_below_m = -1\n";
 
 fn parse(text: &str) -> Result<Scene, String> {
@@ -38,32 +39,62 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
         let said = error(text);
         assert!(said.contains(says), "{text}: {said}");
     };
-    one("[[mesh]]\nshape = 'cube'", "mesh.0.shape is 'cube'; allowed: box, sphere, torus, capsule, lizard, room, stencil, lathe");
+    one(
+        "[[mesh]]\nshape = 'cube'",
+        "mesh.0.shape is 'cube'; allowed: box, sphere, torus, capsule, lizard, room, stencil, lathe",
+    );
     one("[[mesh]]\nname = 'x'", "mesh.0.shape is missing; allowed: box, sphere");
     one("[[mesh]]\nfile = 'a.stl'", "mesh.0.file is 'a.stl'; allowed: a .glb, .gltf or .obj file");
     one("[[mesh]]\nfile = 'a.obj'\nshape = 'box'", "shape is given beside file");
     one("[[mesh]]\nshape = 'box'\nhalf_m = [1, 0, 1]", "mesh.0.half_m.1 is 0; allowed: 0.0001 to 10000000");
     one("[[mesh]]\nshape = 'torus'\nring_m = 1\nradius_m = 2", "the tube is thinner than ring_m, 1");
-    one("[[mesh]]\nshape = 'room'\nhalf_m = [1, 1, 1]\nopen = ['lid']", "mesh.0.open.0 is 'lid'; allowed: left, right, floor");
-    one("[[mesh]]\nshape = 'stencil'\nsize_m = [1, 1, 1]\npattern = ['##', '#']", "rows that differ in length");
+    one(
+        "[[mesh]]\nshape = 'room'\nhalf_m = [1, 1, 1]\nopen = ['lid']",
+        "mesh.0.open.0 is 'lid'; allowed: left, right, floor",
+    );
+    one(
+        "[[mesh]]\nshape = 'stencil'\nsize_m = [1, 1, 1]\npattern = ['##', '#']",
+        "rows that differ in length",
+    );
     one("[[mesh]]\nshape = 'stencil'\nsize_m = [1, 1, 1]\npattern = ['..']", "leaves nothing of the plate");
     one("[[mesh]]\nshape = 'lathe'\nprofile_m = [[0, 1], [0, 2]]", "a part without a surface");
-    one(&format!("{BLOCK}keys = [{{ t_s = 1 }}, {{ t_s = 0.5 }}]"), "is 0.5, and that of the key before 1; times rise");
+    one(
+        &format!("{BLOCK}keys = [{{ t_s = 1 }}, {{ t_s = 0.5 }}]"),
+        "is 0.5, and that of the key before 1; times rise",
+    );
     one(&format!("{BLOCK}loop = true"), "loop needs keys, two or more");
     one(&format!("{BLOCK}map = 64"), "map is for a mesh with paints = true");
     one(&format!("{BLOCK}{BLOCK}"), "is \"block\", as mesh.0 is called already");
     one(&format!("{VOLUME}{RAIN}"), "volume has nothing to hold");
     one(&format!("{BLOCK}{RAIN}"), "the scene has no [volume] to collide in");
-    one(&format!("{BLOCK}{VOLUME}cell_m = 0.001\n"), "volume.cell_m makes 2000 cells along the longest side; allowed: 1 to 1024");
-    one(&format!("{BLOCK}{VOLUME}cells = 1024\n"), "volume.cells makes 1073741824 cells of 64 bytes; allowed: 67108863");
+    one(
+        &format!("{BLOCK}{VOLUME}cell_m = 0.001\n"),
+        "volume.cell_m makes 2000 cells along the longest side; allowed: 1 to 1024",
+    );
+    one(
+        &format!("{BLOCK}{VOLUME}cells = 1024\n"),
+        "volume.cells makes 1073741824 cells of 64 bytes; allowed: 67108863",
+    );
     one(&format!("{BLOCK}{VOLUME}cells = 8\ncell_m = 0.1\n"), "is given beside cells");
-    one(&format!("{BLOCK}[volume]\nlow_m = [0, 0, 0]\nhigh_m = [1, 0, 1]"), "each is more than that of low_m");
-    one(&format!("{BLOCK}[volume]\nlow_m = [1e6, 0, 0]\nsize_m = [1, 1, 1]"), "an f32 cannot tell a thousandth");
-    one(&format!("{BLOCK}{VOLUME}variant = 'slices'\n"), "allowed: \"conservative\" or \"layered\" or \"one-pass\"");
+    one(
+        &format!("{BLOCK}[volume]\nlow_m = [0, 0, 0]\nhigh_m = [1, 0, 1]"),
+        "each is more than that of low_m",
+    );
+    one(
+        &format!("{BLOCK}[volume]\nlow_m = [1e6, 0, 0]\nsize_m = [1, 1, 1]"),
+        "an f32 cannot tell a thousandth",
+    );
+    one(
+        &format!("{BLOCK}{VOLUME}variant = 'slices'\n"),
+        "allowed: \"conservative\" or \"layered\" or \"one-pass\"",
+    );
     one(&format!("{BLOCK}{VOLUME}{RAIN}dt_s = 0.1\n"), "dt_s is that of [volume]");
     one(&format!("{BLOCK}{VOLUME}{RAIN}rate_per_s = 3\n"), "is given beside population");
     one(&format!("{BLOCK}{VOLUME}{RAIN}restitution = 2\n"), "restitution is 2; allowed: 0 to 1");
-    one(&format!("{BLOCK}paints = true\n{VOLUME}{RAIN}"), "takes paint (paints = true), and the scene has no [paint]");
+    one(
+        &format!("{BLOCK}paints = true\n{VOLUME}{RAIN}"),
+        "takes paint (paints = true), and the scene has no [paint]",
+    );
     one(&format!("{BLOCK}{VOLUME}{RAIN}[paint]\nradius_m = 0.1"), "paint has nothing to paint");
     one(&format!("{BLOCK}paints = true\n[paint]\nradius_m = 0.1"), "paint has no one who paints");
     one(&format!("[output]\nview = 'voxels'\n{BLOCK}"), "has a view of [volume], and the scene has none");
@@ -73,7 +104,8 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
 fn a_scene_pays_for_what_it_names() {
     let has = |text: &str, wanted: &str| {
         let plan = parse(text).unwrap().plan().unwrap();
-        plan.buffers.iter().any(|it| it.name.contains(wanted)) || plan.passes.iter().any(|it| it.0.contains(wanted))
+        plan.buffers.iter().any(|it| it.name.contains(wanted))
+            || plan.passes.iter().any(|it| it.0.contains(wanted))
     };
     let fire = "[[emitter]]\neffect = 'fire'\n";
     for word in ["mesh", "cells", "impact", "paint", "shadow", "volume"] {
@@ -90,7 +122,8 @@ fn a_scene_pays_for_what_it_names() {
 
 #[test]
 fn cells_are_cubes_that_reach_the_last_corner() {
-    let volume = |text: &str| parse(&format!("{BLOCK}[volume]\nlow_m = [-1, 0, -1]\n{text}")).unwrap().volume.unwrap();
+    let volume =
+        |text: &str| parse(&format!("{BLOCK}[volume]\nlow_m = [-1, 0, -1]\n{text}")).unwrap().volume.unwrap();
     assert_eq!(volume("size_m = [2, 2, 2]").cells, [32, 32, 32]);
     let long = volume("high_m = [3, 0.99, 0]\ncells = 40");
     assert_eq!((long.cells, long.cell_m), ([40, 10, 10], 0.1));
@@ -109,7 +142,11 @@ fn a_mesh_file_is_looked_for_beside_the_scene() {
     fs::write(dir.path().join("part.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let plan = Scene::load(&path, &[]).unwrap().plan().unwrap();
     assert_eq!((plan.meshes[0].mesh.triangles.len(), plan.meshes[0].moves()), (1, false));
-    fs::write(&path, format!("[[mesh]]\nfile = 'part.obj'\npaints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\n")).unwrap();
+    fs::write(
+        &path,
+        format!("[[mesh]]\nfile = 'part.obj'\npaints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\n"),
+    )
+    .unwrap();
     let said = Scene::load(&path, &[]).unwrap().plan().unwrap_err().to_string();
     assert_eq!(said, "mesh.mesh: has no texture coordinates, so it cannot be painted");
 }
@@ -122,7 +159,11 @@ fn the_plan_says_how_many_cells_a_step_takes() {
     // 30 m/s and a fall of two metres, in a sixtieth of a second, over cells of a sixteenth of a metre.
     let expected = (30.0f64.powi(2) + 2.0 * 9.81 * 2.0).sqrt() / 60.0 * 16.0;
     assert!((volume.cells_a_step - expected).abs() < 1e-3, "{} {expected}", volume.cells_a_step);
-    assert!(plan.emitters[0].reason.contains("cells a step at the most, more than one: the rule takes `dda2`"), "{}", plan.emitters[0].reason);
+    assert!(
+        plan.emitters[0].reason.contains("cells a step at the most, more than one: the rule takes `dda2`"),
+        "{}",
+        plan.emitters[0].reason
+    );
 }
 
 fn run_into(gpu: &Gpu, scene: &Scene, change: impl FnOnce(&mut RunOptions)) -> (TempDir, Written) {
@@ -164,7 +205,11 @@ fn every_scene_of_meshes_runs_twice_alike() {
         assert!(picture(&one, 3) == picture(&other, 3), "{}: pictures differ", scene.title);
         assert!(picture(&one, 0) != picture(&one, 3), "{}: nothing moves", scene.title);
         for stats in &first.stats.emitters {
-            assert!(stats.alive > 0 && stats.spoiled == 0 && stats.dropped == 0, "{}: {stats:?}", scene.title);
+            assert!(
+                stats.alive > 0 && stats.spoiled == 0 && stats.dropped == 0,
+                "{}: {stats:?}",
+                scene.title
+            );
         }
     }
 }
@@ -197,12 +242,18 @@ macro_rules! assert_layout {
 #[test]
 fn what_crosses_to_the_gpu_is_laid_out_alike() {
     for spv in [shaders::DRAW_MESH_FRAG, shaders::DRAW_MESH_SHADOW_VERT] {
-        assert_layout!(spv, "MeshParams" == MeshParams { color, first_triangle, first_joint, tile_m, reserved, map });
+        assert_layout!(
+            spv,
+            "MeshParams" == MeshParams { color, first_triangle, first_joint, tile_m, reserved, map }
+        );
         assert_layout!(spv, "Shadow" == ShadowView { right, up, to_sun, centre_m });
     }
     for spv in [shaders::PARTICLES_BALLS_VERT, shaders::PARTICLES_BALLS_SHADOW_VERT] {
         assert_layout!(spv, "BallParams" == BallParams { color, far_color });
     }
     assert_layout!(shaders::DRAW_VOXELS_VERT, "VoxelParams" == VoxelParams { grid, slot });
-    assert_layout!(shaders::DRAW_MAP_PAINT_FRAG, "MapViewParams" == MapViewParams { low_m, high_m, corner, map });
+    assert_layout!(
+        shaders::DRAW_MAP_PAINT_FRAG,
+        "MapViewParams" == MapViewParams { low_m, high_m, corner, map }
+    );
 }

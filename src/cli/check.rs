@@ -5,8 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, MeshPlan, Override, Scene,
-        SceneError, Verdict, WaterPlan, WaterScene,
+        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, MeshPlan, Override,
+        Scene, SceneError, Verdict, WaterPlan, WaterScene,
     },
     study::shapes::table,
 };
@@ -182,9 +182,7 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
         let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
         let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
         let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
-        let mesh = |it: &MeshPlan| {
-            json!({"name": it.name, "triangles": it.mesh.triangles.len(), "moves": it.moves(), "solid": it.solid, "map": it.map})
-        };
+        let mesh = |it: &MeshPlan| json!({"name": it.name, "triangles": it.mesh.triangles.len(), "moves": it.moves(), "solid": it.solid, "map": it.map});
         let meshes: Vec<_> = plan.meshes.iter().map(mesh).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
@@ -196,7 +194,8 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
             all["meshes"] = json!(meshes);
         }
         if let Some(volume) = &plan.volume {
-            all["volume"] = json!({"reason": volume.reason, "dt_s": volume.dt_s, "cells_a_step": volume.cells_a_step});
+            all["volume"] =
+                json!({"reason": volume.reason, "dt_s": volume.dt_s, "cells_a_step": volume.cells_a_step});
         }
         if let Some(measured) = measured {
             all["refined"] = json!({"device": measured.device, "waters": measured.refine(&scene)});

@@ -72,8 +72,8 @@ impl MapViews {
             depth: Depth::Write,
             samples: stage.samples(),
         };
-        let bound =
-            Raster::new::<MapViewParams>(gpu, &info)?.bind(&[("Views", stage.views().into()), (block, buffer.into())])?;
+        let bound = Raster::new::<MapViewParams>(gpu, &info)?
+            .bind(&[("Views", stage.views().into()), (block, buffer.into())])?;
         let place = |i: usize, map: [u32; 4]| {
             let (corner, size) = rectangle(i, list.len(), stage.size(), UVec2::new(map[0], map[1]));
             MapViewParams {
@@ -96,7 +96,9 @@ impl MapViews {
 /// Corner and size of the `i`-th of `count` maps in a picture (pixels): in rows, as large as fits, its sides in proportion.
 fn rectangle(i: usize, count: usize, picture: UVec2, map: UVec2) -> (Vec2, Vec2) {
     let columns = (1..=count)
-        .max_by_key(|columns| (picture.x as usize / columns).min(picture.y as usize / count.div_ceil(*columns)))
+        .max_by_key(|columns| {
+            (picture.x as usize / columns).min(picture.y as usize / count.div_ceil(*columns))
+        })
         .unwrap_or(1);
     let rows = count.div_ceil(columns);
     let room = picture.as_vec2() / vec2(columns as f32, rows as f32);
@@ -112,13 +114,22 @@ mod tests {
 
     #[test]
     fn maps_lie_side_by_side_within_the_picture() {
-        for (count, picture) in [(1, UVec2::new(960, 540)), (3, UVec2::new(960, 540)), (7, UVec2::new(64, 300))] {
-            let all: Vec<_> = (0..count).map(|i| rectangle(i, count, picture, UVec2::new(256, 128))).collect();
+        for (count, picture) in
+            [(1, UVec2::new(960, 540)), (3, UVec2::new(960, 540)), (7, UVec2::new(64, 300))]
+        {
+            let all: Vec<_> =
+                (0..count).map(|i| rectangle(i, count, picture, UVec2::new(256, 128))).collect();
             for (i, (corner, size)) in all.iter().enumerate() {
-                assert!(corner.min_element() >= 0.0 && (corner + size).cmple(picture.as_vec2()).all(), "{i} {all:?}");
+                assert!(
+                    corner.min_element() >= 0.0 && (corner + size).cmple(picture.as_vec2()).all(),
+                    "{i} {all:?}"
+                );
                 assert!((size.x - 2.0 * size.y).abs() < 1e-3);
                 for (other, wide) in &all[i + 1..] {
-                    assert!((corner + size).cmple(*other).any() || (other + wide).cmple(*corner).any(), "{i} {all:?}");
+                    assert!(
+                        (corner + size).cmple(*other).any() || (other + wide).cmple(*corner).any(),
+                        "{i} {all:?}"
+                    );
                 }
             }
         }

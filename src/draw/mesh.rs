@@ -4,7 +4,9 @@
 
 use super::{shadow::Shadow, Stage};
 use crate::{
-    gpu::{Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Resource, Result, Topology},
+    gpu::{
+        Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Resource, Result, Topology,
+    },
     mesh::Meshes,
     shaders,
 };
@@ -74,7 +76,8 @@ impl MeshesDraw {
         assert_eq!(looks.len(), meshes.parts().len(), "a look for each mesh");
         assert!(paint.is_some() || looks.iter().all(|look| look.map.is_none()), "a map without paint");
         let [shadows, shadow_depth] = shadow.resources();
-        let (triangles, places) = (("Triangles", meshes.triangles().into()), ("Places", meshes.places().into()));
+        let (triangles, places) =
+            (("Triangles", meshes.triangles().into()), ("Places", meshes.places().into()));
         let mut used: Vec<(&str, Resource<'_>)> = vec![
             ("Views", stage.views().into()),
             shadows,

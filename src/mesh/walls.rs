@@ -79,7 +79,8 @@ pub fn stencil(size_m: Vec3, pattern: &[&str]) -> Mesh {
     let (rows, columns) = (solid.len(), solid.first().map_or(0, Vec::len));
     assert!(solid.iter().all(|row| row.len() == columns), "rows of {pattern:?} differ in length");
     let is_solid = |c: i64, r: i64| {
-        usize::try_from(r).ok().and_then(|r| solid.get(r)?.get(usize::try_from(c).ok()?)).copied() == Some(true)
+        usize::try_from(r).ok().and_then(|r| solid.get(r)?.get(usize::try_from(c).ok()?)).copied()
+            == Some(true)
     };
     let cell = vec2(1.0 / columns as f32, 1.0 / rows as f32);
     // Of the plate, x to the right and y down from 0 to 1, z half the thickness.

@@ -105,10 +105,7 @@ impl Checkpoint {
         let found = Self::parse(&body[MAGIC.len()..]).ok_or_else(|| damaged("its parts do not add up"))?;
         if found.scene != scene_hash(scene)
             || found.states.len()
-                != scene.water.len()
-                    + scene.pools()
-                    + scene.disks.len()
-                    + usize::from(scene.paint.is_some())
+                != scene.water.len() + scene.pools() + scene.disks.len() + usize::from(scene.paint.is_some())
         {
             return Err(CheckpointError::OtherScene { path: name() });
         }

@@ -135,11 +135,22 @@ impl Emitters {
                 }
                 PlannedThrows::Law(law) => {
                     let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Box::new(Swarm::new(gpu, stage, (splats.as_ref(), shadow, volume), plan, law, seed)?))
+                    Source::Swarm(Box::new(Swarm::new(
+                        gpu,
+                        stage,
+                        (splats.as_ref(), shadow, volume),
+                        plan,
+                        law,
+                        seed,
+                    )?))
                 }
             });
         }
-        Ok(Self { sources, splats, draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)) })
+        Ok(Self {
+            sources,
+            splats,
+            draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)),
+        })
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.

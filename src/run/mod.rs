@@ -312,7 +312,8 @@ impl World {
             }
         }
         let others = &from.states[self.lakes.len().min(from.states.len())..];
-        let (others, paint) = others.split_at(others.len().saturating_sub(usize::from(self.scene.paint.is_some())));
+        let (others, paint) =
+            others.split_at(others.len().saturating_sub(usize::from(self.scene.paint.is_some())));
         let (pools, boxes) = others.split_at(others.len().saturating_sub(self.gases.len()));
         for (gas, state) in self.gases.iter_mut().zip(boxes) {
             if !gas.restore(gpu, state, from.picture, frame_s)? {

@@ -30,7 +30,11 @@ struct Group {
 
 impl Group {
     fn meshes(gpu: &Gpu, plans: &[&MeshPlan]) -> Result<Meshes, RunError> {
-        let body = |plan: &&MeshPlan| Body { mesh: plan.mesh.clone(), world: plan.motion.at(0.0), moves: plan.moves() };
+        let body = |plan: &&MeshPlan| Body {
+            mesh: plan.mesh.clone(),
+            world: plan.motion.at(0.0),
+            moves: plan.moves(),
+        };
         Ok(Meshes::new(gpu, &plans.iter().map(body).collect::<Vec<_>>())?)
     }
 
@@ -100,7 +104,8 @@ impl Room {
             if let (Some(of), true) = (&plan.volume, is_solid) {
                 let made = Volume::new(gpu, of, &meshes)?;
                 if let Some(paint) = &plan.paint {
-                    let names: Vec<&str> = plans.iter().filter(|it| it.map > 0).map(|it| it.name.as_str()).collect();
+                    let names: Vec<&str> =
+                        plans.iter().filter(|it| it.map > 0).map(|it| it.name.as_str()).collect();
                     brush = Some(Brush::new(gpu, paint, &meshes, &names, &made.stream)?);
                 }
                 volume = Some(made);
@@ -116,7 +121,8 @@ impl Room {
             let draw = MeshesDraw::new(gpu, stage, shadow, &meshes, &looks, brush.map(Brush::paint))?;
             groups.push(Group { meshes, motions: plans.iter().map(|it| it.motion.clone()).collect(), draw });
         }
-        let maps = brush.as_ref().map(|brush| brush.view(gpu, stage, view, plan.lit_m())).transpose()?.flatten();
+        let maps =
+            brush.as_ref().map(|brush| brush.view(gpu, stage, view, plan.lit_m())).transpose()?.flatten();
         let seen = match (&volume, view, maps) {
             (Some(volume), View::Voxels | View::Planes, _) => {
                 Seen::Cells(VoxelsDraw::new(gpu, stage, volume.cells(), view == View::Planes)?)
@@ -286,7 +292,9 @@ impl Volume {
         let cells = Cells::new(gpu, plan.scene.grid())?;
         let way = plan.scene.way;
         let filler = match plan.scene.variant {
-            Voxeliser::Conservative => Filler::Conservative(Box::new(Conservative::new(gpu, meshes, &cells)?)),
+            Voxeliser::Conservative => {
+                Filler::Conservative(Box::new(Conservative::new(gpu, meshes, &cells)?))
+            }
             Voxeliser::Layered => {
                 let router = Router::of(gpu)?;
                 Filler::Layered(Box::new(Layered::new(gpu, meshes, &cells, way, router)?))

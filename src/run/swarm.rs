@@ -71,7 +71,8 @@ fn population(colliding: &CollidingScene, law: &LawPlan, seed: u32) -> Vec<Parti
         let far_m = colliding.spread_m * place[2].cbrt();
         Particle {
             at_m: law.emitter.at_m + far_m * direction_of([place[0], place[1]]),
-            velocity_mps: law.emitter.velocity_mps + law.emitter.speed_mps * direction_of([other[0], other[1]]),
+            velocity_mps: law.emitter.velocity_mps
+                + law.emitter.speed_mps * direction_of([other[0], other[1]]),
             // Told apart by their births, which are all before the start.
             born: 0u32.wrapping_sub(i % 65_536),
         }
@@ -108,7 +109,8 @@ impl Swarm {
             }
             _ => {
                 let constants = &law.constants;
-                let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
+                let kernel =
+                    Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
                 Particles::new(gpu, &kernel, Options::for_device(gpu))?.pool(&info)?
             }
         };

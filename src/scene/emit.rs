@@ -2,7 +2,8 @@
 //! From an emitter of a scene to what runs: shaders compiled, numbers checked, the integrator chosen. No GPU is needed.
 
 use super::{
-    particles::{CollidingScene, Draw, EmitterScene, LawScene, Throws},
+    colliding::meets,
+    particles::{Draw, EmitterScene, LawScene, Throws},
     Attractor, PlannedBuffer, Scene, SceneError, VolumePlan,
 };
 use crate::{
@@ -11,7 +12,7 @@ use crate::{
     gpu::{self, glsl},
     particles::{
         black_hole::{BlackHole, Integrator},
-        colliding::{Colliding, Method},
+        colliding::Colliding,
         drag::Drag,
         PoolState, Thrown,
     },
@@ -306,7 +307,8 @@ impl Scene {
                 })?;
                 let kernel = Colliding::law(scene.variant);
                 let numbers = bytemuck::bytes_of(&colliding).to_vec();
-                (kernel.spv.into(), kernel.constants.to_vec(), numbers, Vec::new(), meets(scene, volume))
+                let reason = meets(scene, volume);
+                (kernel.spv.into(), kernel.constants.to_vec(), numbers, Vec::new(), reason)
             }
             "drag" => {
                 let drag = Drag { pull_mps2: law.pull_mps2.into(), drag_per_s: law.drag_per_s };
@@ -341,34 +343,6 @@ impl Scene {
             centres,
         };
         Ok((plan, format!("{reason}; step {dt_s:.6} s")))
-    }
-
-    /// The numbers of the law; impacts say which of the emitters that collide it is.
-    pub(super) fn colliding(
-        &self,
-        emitter: &EmitterScene,
-        scene: &CollidingScene,
-        volume: &VolumePlan,
-    ) -> Colliding {
-        let colliding = self.emitters.iter().filter(|it| it.colliding().is_some());
-        let source = colliding.take_while(|it| it.name != emitter.name).count() as u32;
-        let seed = (self.seed ^ self.seed >> 32) as u32;
-        Colliding {
-            gravity_mps2: scene.gravity_mps2.into(),
-            restitution: scene.restitution,
-            friction: scene.friction,
-            reach: volume.reach,
-            surface_mps: volume.surface_mps,
-            // Cells are filled with the scene as it is at the end of the step.
-            lead_s: volume.dt_s as f32,
-            source,
-            respawns: u32::from(scene.respawn_below_m.is_some()),
-            floor_m: scene.respawn_below_m.unwrap_or(0.0),
-            emitter_m: emitter.at_m.unwrap_or_default().into(),
-            emitter_radius_m: scene.spread_m,
-            seed: seed.wrapping_add(source.wrapping_mul(0x9e37_79b9)),
-            ..Colliding::new(volume.scene.grid(), scene.radius_m)
-        }
     }
 
     /// The holes, and the cheapest integrator whose expected error is within the tolerance: the closed form where there is
@@ -439,24 +413,6 @@ impl Scene {
         };
         Ok((size, rgba))
     }
-}
-
-/// How particles meet surfaces, and what the rule of the study would take: a look-up at one place is for steps of less than
-/// a cell and where leaks do not matter; where walls meet in a cell one plane is too few.
-fn meets(scene: &CollidingScene, volume: &VolumePlan) -> String {
-    let cells = volume.cells_a_step;
-    let why = match scene.variant {
-        Method::TwoPlanes => "nothing leaks, whatever the step",
-        Method::OnePlane => "where two walls meet in a cell it leaks",
-        _ if cells > 1.0 => "it leaks: in a step of more than a cell a wall is passed unseen",
-        _ => "it leaks where two walls meet in a cell",
-    };
-    let rule = match cells > 1.0 {
-        true => "more than one: the rule takes `dda2`, or `dda1` where there are no corners",
-        false => "less than one: the rule takes `approach` where leaks do not matter, else `dda2`",
-    };
-    let name = scene.variant.name();
-    format!("`colliding` by `{name}`: {why}; {cells:.2} cells a step at the most, {rule}")
 }
 
 /// Along each side of a texture.

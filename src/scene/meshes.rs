@@ -228,7 +228,10 @@ fn keys(table: &mut Table<'_>, at_m: [f32; 3], turn_deg: [f32; 3]) -> Vec<Key> {
             turn_deg: row.maybe("turn_deg", TURN).unwrap_or(last.turn_deg),
         };
         if keys.last().is_some_and(|last| key.t_s <= last.t_s) {
-            row.conflict("t_s", format!("is {}, and that of the key before {}; times rise", key.t_s, last.t_s));
+            row.conflict(
+                "t_s",
+                format!("is {}, and that of the key before {}; times rise", key.t_s, last.t_s),
+            );
         }
         row.finish();
         keys.push(key);
@@ -245,18 +248,23 @@ fn shape(table: &mut Table<'_>, kind: &str) -> Shape {
         "torus" => {
             let (ring_m, radius_m) = (table.number("ring_m", LENGTH), table.number("radius_m", LENGTH));
             if table.is_clean() && radius_m >= ring_m {
-                table.conflict("radius_m", format!("is {radius_m}; the tube is thinner than ring_m, {ring_m}"));
+                table.conflict(
+                    "radius_m",
+                    format!("is {radius_m}; the tube is thinner than ring_m, {ring_m}"),
+                );
             }
             Shape::Torus { ring_m, radius_m }
         }
-        "capsule" => {
-            Shape::Capsule { length_m: table.number("length_m", LENGTH), radius_m: table.number("radius_m", LENGTH) }
-        }
+        "capsule" => Shape::Capsule {
+            length_m: table.number("length_m", LENGTH),
+            radius_m: table.number("radius_m", LENGTH),
+        },
         "lizard" => Shape::Lizard { length_m: table.maybe("length_m", LENGTH).unwrap_or(1.0) },
         "room" => {
             let half_m = table.number("half_m", LENGTH);
             let names = Side::ALL.map(|(name, _)| name);
-            let open = table.texts("open", &names.join(", "), |word| names.contains(&word)).unwrap_or_default();
+            let open =
+                table.texts("open", &names.join(", "), |word| names.contains(&word)).unwrap_or_default();
             if names.iter().all(|name| open.iter().any(|word| word == name)) {
                 table.conflict("open", "leaves no wall");
             }
@@ -275,7 +283,8 @@ fn shape(table: &mut Table<'_>, kind: &str) -> Shape {
                 table.conflict("pattern", "has rows that differ in length");
             } else if pattern.len() > MOST_PARTS {
                 table.conflict("pattern", format!("has {} rows; allowed: {MOST_PARTS}", pattern.len()));
-            } else if table.is_clean() && pattern.iter().all(|row| row.chars().all(|c| c == ' ' || c == '.')) {
+            } else if table.is_clean() && pattern.iter().all(|row| row.chars().all(|c| c == ' ' || c == '.'))
+            {
                 table.conflict("pattern", "leaves nothing of the plate");
             }
             Shape::Stencil { size_m, pattern }
@@ -288,11 +297,17 @@ fn shape(table: &mut Table<'_>, kind: &str) -> Shape {
             if table.is_clean() {
                 let is_outside = |at: &[f32; 2]| at[0] >= 0.0;
                 if !(2..=MOST_PARTS).contains(&profile_m.len()) || !profile_m.iter().all(is_outside) {
-                    let message = format!("has {} points; allowed: 2 to {MOST_PARTS}, radius 0 or more", profile_m.len());
+                    let message = format!(
+                        "has {} points; allowed: 2 to {MOST_PARTS}, radius 0 or more",
+                        profile_m.len()
+                    );
                     table.conflict("profile_m", message);
                 }
                 if profile_m.windows(2).any(|ends| ends[0] == ends[1] || ends[0][0] + ends[1][0] <= 1e-4) {
-                    table.conflict("profile_m", "has a part without a surface: two points alike, or both on the axis");
+                    table.conflict(
+                        "profile_m",
+                        "has a part without a surface: two points alike, or both on the axis",
+                    );
                 }
             }
             Shape::Lathe { profile_m }
@@ -388,7 +403,8 @@ impl Scene {
             let mesh = match &it.source {
                 Source::File(file) => {
                     let path = self.base_dir.as_deref().unwrap_or(Path::new("")).join(file);
-                    Mesh::read(&path).map_err(|error| SceneError::Shader { file: file.clone(), reason: error.what })?
+                    Mesh::read(&path)
+                        .map_err(|error| SceneError::Shader { file: file.clone(), reason: error.what })?
                 }
                 Source::Shape(shape) => shape.mesh(),
             };

@@ -49,7 +49,8 @@ impl Motion {
     fn pose(&self, t_s: f64) -> Mat4 {
         let next = self.keys.partition_point(|key| key.t_s <= t_s);
         let (from, to) = (self.keys[next.max(1) - 1], self.keys[next.min(self.keys.len() - 1)]);
-        let share = if to.t_s > from.t_s { ((t_s - from.t_s) / (to.t_s - from.t_s)).clamp(0.0, 1.0) } else { 0.0 };
+        let share =
+            if to.t_s > from.t_s { ((t_s - from.t_s) / (to.t_s - from.t_s)).clamp(0.0, 1.0) } else { 0.0 };
         let at = Vec3::from(from.at_m).lerp(to.at_m.into(), share as f32);
         let [x, y, z] = [0, 1, 2].map(|k| {
             let (a, b) = (f64::from(from.turn_deg[k]), f64::from(to.turn_deg[k]));

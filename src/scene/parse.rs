@@ -274,10 +274,18 @@ impl<'r> Table<'r> {
         for (i, item) in items.iter().enumerate() {
             match &item.value {
                 Value::Text(text) if rule(text) => texts.push(text.clone()),
-                Value::Text(_) => {
-                    self.refuse(item, &format!("{key}.{i}"), ProblemKind::OutOfRange, format_args!("{allowed}"))
-                }
-                _ => self.refuse(item, &format!("{key}.{i}"), ProblemKind::WrongType, format_args!("{allowed}")),
+                Value::Text(_) => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::OutOfRange,
+                    format_args!("{allowed}"),
+                ),
+                _ => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::WrongType,
+                    format_args!("{allowed}"),
+                ),
             }
         }
         Some(texts)

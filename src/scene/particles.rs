@@ -2,6 +2,7 @@
 //! `[[emitter]]` and `[[attractor]]`: what throws particles, and what pulls them.
 
 use super::{
+    colliding::{self, CollidingScene},
     parse::{
         Rule::{AtLeastZero, Finite, Within},
         Table,
@@ -10,7 +11,7 @@ use super::{
 };
 use crate::{
     ballistic::{self, Emission},
-    particles::{self, colliding::Method},
+    particles,
 };
 use serde::Serialize;
 
@@ -114,36 +115,6 @@ pub struct LawScene {
     pub colliding: Option<CollidingScene>,
 }
 
-fn by_name<S: serde::Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(method.name())
-}
-
-/// Numbers of the law `colliding`, and the paint that its particles leave.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CollidingScene {
-    /// Of a particle (m).
-    pub radius_m: f32,
-    /// Share of the normal velocity that comes back, 0..=1, default 0.5.
-    pub restitution: f32,
-    /// Coulomb's, 0..=10, default 0.2.
-    pub friction: f32,
-    /// (m/s²), default the earth's.
-    pub gravity_mps2: [f32; 3],
-    /// How it meets surfaces, default `dda2`.
-    #[serde(serialize_with = "by_name")]
-    pub variant: Method,
-    /// How many there are from the start, none born or ended later; 0 goes by rate and life.
-    pub population: u32,
-    /// Radius of the ball that they start and come back in (m), default 0.
-    pub spread_m: f32,
-    /// Who falls below it comes back (m); `None`: it ends with its life.
-    pub respawn_below_m: Option<f32>,
-    /// Linear colour of its paint, default `color`.
-    pub paint: [f32; 3],
-    /// How much a splotch covers, 0..=1, default 1.
-    pub opacity: f32,
-}
-
 /// Pulls the particles of every `black_hole`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Attractor {
@@ -235,7 +206,8 @@ fn emitter(
     let rates = if is_law { Within(0.0, particles::Emitter::MOST_PER_S) } else { Within(lowest, highest) };
     // A clock of 32 bits turns once in 18 hours, and a life is less than half of that.
     let lives = if is_law { Within(1e-3, 30_000.0) } else { Within(1e-3, Emission::LONGEST_S) };
-    let is_population = matches!(&throws, Throws::Law(law) if law.colliding.as_ref().is_some_and(|it| it.population > 0));
+    let is_population =
+        matches!(&throws, Throws::Law(law) if law.colliding.as_ref().is_some_and(|it| it.population > 0));
     let (rate_per_s, life_s) = match is_law {
         true if is_population => {
             for key in ["rate_per_s", "life_s"] {
@@ -248,8 +220,12 @@ fn emitter(
         true => (Some(table.number("rate_per_s", rates)), Some(table.number("life_s", lives))),
         false => (table.maybe("rate_per_s", rates), table.maybe("life_s", lives)),
     };
-    let all =
-        [("quads", Draw::Quads), ("geometry", Draw::Geometry), ("splat", Draw::Splat), ("balls", Draw::Balls)];
+    let all = [
+        ("quads", Draw::Quads),
+        ("geometry", Draw::Geometry),
+        ("splat", Draw::Splat),
+        ("balls", Draw::Balls),
+    ];
     // A closed form has no radius.
     let draws = if is_law { &all[..] } else { &all[..3] };
     let collides = matches!(&throws, Throws::Law(law) if law.colliding.is_some());
@@ -328,7 +304,7 @@ fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
 }
 
 /// Most particles of a pool: 7 GB of them, twice.
-const MOST_PARTICLES: u64 = 1 << 28;
+pub(super) const MOST_PARTICLES: u64 = 1 << 28;
 
 fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene {
     let [is_hole, is_drag, is_colliding] = LAWS.map(|law| law == file);
@@ -358,7 +334,7 @@ fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene 
         if law.dt_s.is_some() {
             table.conflict("dt_s", "is that of [volume] for all that collides");
         }
-        let colliding = self::colliding(table, &law);
+        let colliding = colliding::colliding(table, &law);
         if !table.has("half_m") {
             law.half_m = colliding.radius_m;
         }
@@ -386,34 +362,6 @@ fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene 
         law.numbers = table.list("numbers", Finite).unwrap_or_default();
     }
     law
-}
-
-fn colliding(table: &mut Table<'_>, law: &LawScene) -> CollidingScene {
-    let share = Within(0.0, 1.0);
-    let population = table.maybe("population", Within(1.0, MOST_PARTICLES as f64)).unwrap_or(0);
-    let respawn_below_m = table.maybe("respawn_below_m", PLACE);
-    if population > 0 && law.capacity.is_some() {
-        table.conflict("capacity", "is given beside population, which is just as many");
-    }
-    if population > 0 && law.corners {
-        table.conflict("thrown", "is for those who are born at a rate, not for a population");
-    }
-    let spread_m = table.maybe("spread_m", Within(0.0, 1e6));
-    if spread_m.is_some() && population == 0 && respawn_below_m.is_none() {
-        table.conflict("spread_m", "is for a population, or for those who come back; those who are born are born in a point");
-    }
-    CollidingScene {
-        radius_m: table.number("radius_m", LENGTH),
-        restitution: table.maybe("restitution", share).unwrap_or(0.5),
-        friction: table.maybe("friction", Within(0.0, 10.0)).unwrap_or(0.2),
-        gravity_mps2: table.maybe("gravity_mps2", Within(-1e6, 1e6)).unwrap_or([0.0, -9.81, 0.0]),
-        variant: table.choice("variant", &Method::ALL.map(|it| (it.name(), it))).unwrap_or_default(),
-        population,
-        spread_m: spread_m.unwrap_or(0.0),
-        respawn_below_m,
-        paint: table.maybe("paint", share).unwrap_or(law.color.map(|x| x.min(1.0))),
-        opacity: table.maybe("opacity", share).unwrap_or(1.0),
-    }
 }
 
 pub(super) fn attractors(root: &mut Table<'_>) -> Vec<Attractor> {

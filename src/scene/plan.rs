@@ -3,8 +3,8 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model, PaintPlan, Scene, SceneError,
-    Simulation, View, VolumePlan, WaterScene,
+    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
+    PaintPlan, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
 };
 use crate::{
     draw::{shadow::Shadow, TerrainGrid},
@@ -270,7 +270,11 @@ impl Plan {
         };
         if self.has_shadow() {
             let side = u64::from(SHADOW_SIDE);
-            add("draw.shadow (depth, its copy, a colour unused)", Shadow::BYTES_A_TEXEL * side * side, "mesh".into());
+            add(
+                "draw.shadow (depth, its copy, a colour unused)",
+                Shadow::BYTES_A_TEXEL * side * side,
+                "mesh".into(),
+            );
         }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
@@ -314,7 +318,8 @@ impl Plan {
         }
         if scene.paint.is_some() {
             self.passes.push(("paint.place, .blocks (of what moves)".into(), often));
-            self.passes.push(("impact.close, .locate; paint.mark, .bits, .drops, .sift, .sifted".into(), often));
+            self.passes
+                .push(("impact.close, .locate; paint.mark, .bits, .drops, .sift, .sifted".into(), often));
         }
         if self.has_shadow() {
             self.passes.push(("draw.shadow".into(), 1.0));

@@ -7,13 +7,15 @@ use super::{
     builtin, disks,
     error::ProblemKind,
     heightmap::{self, Format},
+    meshes,
     node::Sources,
+    paint,
     parse::{
         Reader, Rule,
         Rule::{AtLeastZero, Within},
         Table,
     },
-    meshes, particles, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
+    particles, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
     WaterScene,
 };
 
@@ -46,14 +48,17 @@ pub(super) fn scene(
     let disks = disks::disks(&mut table);
     let meshes = meshes::meshes(&mut table);
     let volume = table.table("volume").map(volume::volume);
-    let paint = table.table("paint").map(volume::paint);
+    let paint = table.table("paint").map(paint::paint);
     volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters, output.view);
     // A water that could not be read has been reported already.
     let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty() && meshes.is_empty();
     let tables = ["terrain", "water", "emitter", "disks", "mesh"];
     let is_blank = !tables.into_iter().any(|key| table.has(key));
     if is_empty && (is_blank || !table.has("terrain") && reader.is_clean()) {
-        table.conflict("", "nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]");
+        table.conflict(
+            "",
+            "nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]",
+        );
     }
     let camera_table = table.table("camera");
     let mut scene = Scene {

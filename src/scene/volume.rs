@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[volume]` and `[paint]`: the grid of cells in which particles meet the scene's meshes, and what they leave on them.
+//! `[volume]`: the grid of cells in which particles meet the scene's meshes.
 
 use super::{
     meshes::MeshPlan,
     parse::{Rule::Within, Table},
     schema::{LENGTH, PLACE},
-    EmitterPlan, EmitterScene, MeshScene, PlannedBuffer, Scene, SceneError, Throws, View,
+    EmitterScene, MeshScene, PaintPlan, PaintScene, PlannedBuffer, Scene, Throws, View,
 };
 use crate::{
     cells::{Grid, MOST_CELLS},
-    paint::{Atlas, Coat, Method},
     volume::Way,
 };
-use glam::{uvec3, UVec2, UVec3, Vec3};
+use glam::{uvec3, UVec3, Vec3};
 use serde::Serialize;
 
 /// The grid.
@@ -73,47 +72,6 @@ fn by_name<S: serde::Serializer>(way: &Way, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(WAYS.iter().find(|(_, it)| it == way).map_or("", |(name, _)| name))
 }
 
-/// How impacts become paint.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PaintScene {
-    /// Who finds the texels of a splotch: all of them paint the same.
-    pub variant: Painter,
-    /// Radius of a splotch (m).
-    pub radius_m: f32,
-}
-
-/// Who finds the texels of a splotch.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Painter {
-    /// Texels ask the impacts that are near their block.
-    #[default]
-    Sifted,
-    /// Texels ask all impacts that are near their tile.
-    Tiles,
-    /// Each texel asks all impacts: the seed's.
-    Brute,
-}
-
-impl Painter {
-    /// With their names.
-    pub const ALL: [(&str, Self); 3] = [("sifted", Self::Sifted), ("tiles", Self::Tiles), ("brute", Self::Brute)];
-
-    /// As scenes and results have it.
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, it)| *it == self).map_or("", |(name, _)| name)
-    }
-
-    /// As the simulation has it.
-    pub fn method(self) -> Method {
-        match self {
-            Self::Sifted => Method::Sifted,
-            Self::Tiles => Method::Tiles,
-            Self::Brute => Method::Brute,
-        }
-    }
-}
-
 /// Most cells: what their planes take of a buffer that 32 bits can count the bytes of.
 const MOST: u64 = (1 << 32) / BYTES_A_CELL - 1;
 /// Two planes.
@@ -137,7 +95,10 @@ pub(super) fn volume(mut table: Table<'_>) -> VolumeScene {
             size
         }
         (None, None) => {
-            table.missing("size_m", format_args!("three numbers, each {LENGTH}; or high_m: three numbers, each {PLACE}"));
+            table.missing(
+                "size_m",
+                format_args!("three numbers, each {LENGTH}; or high_m: three numbers, each {PLACE}"),
+            );
             [1.0; 3]
         }
     };
@@ -153,13 +114,24 @@ pub(super) fn volume(mut table: Table<'_>) -> VolumeScene {
     let in_all: f64 = cells.iter().product();
     if table.is_clean() {
         if cells.iter().any(|n| *n > f64::from(MOST_CELLS)) {
-            let message = format!("makes {} cells along the longest side; allowed: 1 to {MOST_CELLS}", cells.iter().copied().fold(0.0, f64::max));
+            let message = format!(
+                "makes {} cells along the longest side; allowed: 1 to {MOST_CELLS}",
+                cells.iter().copied().fold(0.0, f64::max)
+            );
             table.blame("cell_m", super::ProblemKind::OutOfRange, message);
         } else if in_all > MOST as f64 {
             let message = format!("makes {in_all} cells of {BYTES_A_CELL} bytes; allowed: {MOST} of them");
-            table.blame(if along.is_some() { "cells" } else { "cell_m" }, super::ProblemKind::OutOfRange, message);
+            table.blame(
+                if along.is_some() { "cells" } else { "cell_m" },
+                super::ProblemKind::OutOfRange,
+                message,
+            );
         } else if let Err(what) = Grid::new(low_m.into(), cell_m, uvec3(1, 1, 1)).check() {
-            table.blame("low_m", super::ProblemKind::OutOfRange, format!("makes a grid that cannot be: {what}"));
+            table.blame(
+                "low_m",
+                super::ProblemKind::OutOfRange,
+                format!("makes a grid that cannot be: {what}"),
+            );
         }
     }
     let volume = VolumeScene {
@@ -173,15 +145,6 @@ pub(super) fn volume(mut table: Table<'_>) -> VolumeScene {
     };
     table.finish();
     volume
-}
-
-pub(super) fn paint(mut table: Table<'_>) -> PaintScene {
-    let paint = PaintScene {
-        variant: table.choice("variant", &Painter::ALL).unwrap_or_default(),
-        radius_m: table.number("radius_m", LENGTH),
-    };
-    table.finish();
-    paint
 }
 
 /// What needs what: notes the tables that are missing, or for nothing.
@@ -203,7 +166,10 @@ pub(super) fn check_together(
         root.conflict("emitter", "has the law \"colliding\", and the scene has no [volume] to collide in");
     }
     if let Some(i) = meshes.iter().position(|mesh| mesh.map > 0 && !mesh.solid) {
-        root.conflict("mesh", format!("number {i} takes paint (paints = true), and is not solid: nothing hits it"));
+        root.conflict(
+            "mesh",
+            format!("number {i} takes paint (paints = true), and is not solid: nothing hits it"),
+        );
     }
     let is_painted = meshes.iter().any(|mesh| mesh.map > 0);
     if paint.is_some() && !is_painted {
@@ -213,7 +179,8 @@ pub(super) fn check_together(
         root.conflict("paint", "has no one who paints: no [[emitter]] with law = \"colliding\"");
     }
     let of_volume = matches!(view, View::Voxels | View::Planes);
-    if of_volume && volume.is_none() || matches!(view, View::PositionMap | View::PaintMap) && paint.is_none() {
+    if of_volume && volume.is_none() || matches!(view, View::PositionMap | View::PaintMap) && paint.is_none()
+    {
         let what = if of_volume { "[volume]" } else { "[paint]" };
         root.conflict("output", format!("has a view of {what}, and the scene has none"));
     }
@@ -283,7 +250,8 @@ impl Scene {
             volume.variant.name(),
             surface_mps + fastest_mps,
         );
-        let mut plan = VolumePlan { scene: volume.clone(), dt_s, reason, cells_a_step, surface_mps, reach: 1 };
+        let mut plan =
+            VolumePlan { scene: volume.clone(), dt_s, reason, cells_a_step, surface_mps, reach: 1 };
         let reach = self.emitters.iter().filter_map(|it| {
             let colliding = self.colliding(it, it.colliding()?, &plan);
             Some(colliding.reach_of(surface_mps + fastest_mps, dt_s as f32))
@@ -308,60 +276,6 @@ impl Scene {
     }
 }
 
-/// Paint as it will run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PaintPlan {
-    /// Who paints how.
-    pub scene: PaintScene,
-    /// Maps of the meshes that are painted: the first of [`Plan::solid`](super::Plan::solid).
-    pub atlas: Atlas,
-    /// What each emitter that collides leaves, in the order of the scene.
-    pub coats: Vec<Coat>,
-}
-
-/// Texels beside a chart that take its paint.
-const GUTTER: u32 = 2;
-
-impl Scene {
-    /// The maps, and what texture coordinates make of them: two triangles in one texel are a warning.
-    ///
-    /// # Errors
-    /// A mesh that cannot be painted, by name.
-    pub(super) fn plan_paint(
-        &self,
-        solid: &[&MeshPlan],
-        emitters: &[EmitterPlan],
-        warnings: &mut Vec<String>,
-    ) -> Result<Option<PaintPlan>, SceneError> {
-        let Some(scene) = &self.paint else { return Ok(None) };
-        let painted: Vec<_> = solid.iter().filter(|mesh| mesh.map > 0).collect();
-        let sizes: Vec<_> = painted.iter().map(|it| (&it.mesh, UVec2::splat(it.map))).collect();
-        let refused = |name: &str, reason: String| SceneError::Shader { file: name.into(), reason };
-        let atlas = Atlas::new(&sizes, GUTTER).map_err(|error| refused(&format!("mesh.{}", error.name), error.what))?;
-        for (mesh, charts) in painted.iter().zip(&atlas.charts) {
-            if let Some(example) = charts.example {
-                warnings.push(format!(
-                    "mesh `{}`: {:.1} % of its texels are in two triangles, such as {} and {}: where one is painted, so is the other",
-                    mesh.name,
-                    100.0 * charts.overlap(),
-                    example.triangles[0],
-                    example.triangles[1],
-                ));
-            }
-        }
-        let colliding = self.emitters.iter().zip(emitters).filter_map(|(it, plan)| Some((it, it.colliding()?, plan)));
-        let (mut coats, mut orders) = (Vec::new(), Vec::new());
-        for (it, colliding, plan) in colliding {
-            let coat = Coat::new(colliding.paint.into(), colliding.opacity, scene.radius_m);
-            coats.push(coat.map_err(|invalid| refused(&format!("emitter.{}", it.name), invalid.to_string()))?);
-            // All slots of a step, births after the others, and up to eight impacts each.
-            orders.push(plan.capacity.saturating_mul(16));
-        }
-        Coat::take_turns(&mut coats, &orders).map_err(|invalid| refused("emitter", invalid.to_string()))?;
-        Ok(Some(PaintPlan { scene: scene.clone(), atlas, coats }))
-    }
-}
-
 impl VolumePlan {
     pub(super) fn list_buffers(&self, paint: Option<&PaintPlan>, list: &mut Vec<PlannedBuffer>) {
         let mut add = |name: &str, bytes: u64, because: &str| {
@@ -375,7 +289,11 @@ impl VolumePlan {
         if let Some(paint) = paint {
             let texels = paint.atlas.texels.len() as u64;
             add("paint.paint", 8 * texels, "mesh.map");
-            add("paint.texels, .positions, .tiles, .blocks", 28 * texels + texels / 2 + texels / 128, "mesh.map");
+            add(
+                "paint.texels, .positions, .tiles, .blocks",
+                28 * texels + texels / 2 + texels / 128,
+                "mesh.map",
+            );
             add("paint.drops, .homes", 20 * u64::from(self.scene.impacts), "volume.impacts");
         }
     }

@@ -184,7 +184,11 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
             }
         }
     }
-    Ok(Found { headlines: headlines(&leaks, 0.5 / f64::from(count)), studies: tables(leaks, depths), ..Found::default() })
+    Ok(Found {
+        headlines: headlines(&leaks, 0.5 / f64::from(count)),
+        studies: tables(leaks, depths),
+        ..Found::default()
+    })
 }
 
 fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
@@ -208,7 +212,9 @@ fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
 
 /// The worst leak of the default at all sizes and steps, and its time over the seed's.
 fn headlines(points: &[Point], none: f64) -> Vec<Headline> {
-    let of = |method: &str| points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>();
+    let of = |method: &str| {
+        points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>()
+    };
     let (swept, seed) = (of("dda2"), of("seed"));
     let worst = swept.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
     let costs: Vec<f64> = swept.iter().zip(&seed).map(|(a, b)| a.ns_per_item / b.ns_per_item).collect();
