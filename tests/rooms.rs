@@ -257,3 +257,56 @@ fn what_crosses_to_the_gpu_is_laid_out_alike() {
         "MapViewParams" == MapViewParams { low_m, high_m, corner, map }
     );
 }
+
+#[test]
+fn every_way_to_fill_cells_and_to_paint_runs_and_every_view_shows_something() {
+    let gpu = gpu();
+    let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -5, 0]"));
+    let heavy: Vec<&str> = heavy.iter().map(String::as_str).collect();
+    let paint = |more: &str| {
+        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &["output.frames=24", more]].concat());
+        let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+        written.stats.volume.unwrap()
+    };
+    let default = paint("paint.variant=sifted");
+    assert!(default.impacts > 100 && default.paint.iter().all(|it| it.painted > 0), "{default:?}");
+    assert_eq!(
+        (default.impacts_dropped, default.impacts_without_paint, default.not_finite),
+        (0, 0, 0),
+        "{default:?}"
+    );
+    assert_eq!(paint("paint.variant=brute"), default);
+    for variant in ["layered", "one-pass"] {
+        let drawn = paint(&format!("volume.variant={variant}"));
+        // They lose what is steep to the way that they look, and find nothing that is not there.
+        assert!(
+            drawn.occupied > default.occupied / 4 && drawn.occupied < default.occupied,
+            "{variant}: {drawn:?}"
+        );
+        assert!(drawn.impacts > 0, "{variant}: {drawn:?}");
+    }
+    let looks: Vec<Vec<u8>> = ["shaded", "voxels", "planes", "position_map", "paint_map"]
+        .iter()
+        .map(|view| {
+            let scene = tiny(
+                "paint_shower",
+                &[&FEW[..], &["output.frames=1", &format!("output.view={view}")]].concat(),
+            );
+            picture(&run_into(&gpu, &scene, |_| {}).0, 0)
+        })
+        .collect();
+    for (i, look) in looks.iter().enumerate() {
+        let bright = look.chunks_exact(4).filter(|rgba| rgba[..3].iter().any(|byte| *byte > 60)).count();
+        assert!(bright > 200, "view {i}: {bright} of 5184 pixels");
+        assert!(looks[..i].iter().all(|other| other != look), "view {i} is another");
+    }
+}
+
+#[test]
+fn an_impact_stream_that_is_too_small_says_so() {
+    let gpu = gpu();
+    let scene = tiny("paint_shower", &[&FEW[..], &["output.frames=24", "volume.impacts=2"]].concat());
+    let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+    let volume = written.stats.volume.unwrap();
+    assert!(volume.impacts_dropped > 0 && volume.impacts > 0, "{volume:?}");
+}
