@@ -91,7 +91,7 @@ impl Grid {
 
     /// Index of a cell; `None` outside the grid.
     pub fn index(&self, cell: IVec3) -> Option<usize> {
-        let cells = IVec3::from(UVec3::from(self.cells).as_ivec3());
+        let cells = UVec3::from(self.cells).as_ivec3();
         let is_inside = cell.cmpge(IVec3::ZERO).all() && cell.cmplt(cells).all();
         let [x, y, z] = cell.to_array().map(|n| n as usize);
         is_inside.then(|| x + self.cells[0] as usize * (y + self.cells[1] as usize * z))

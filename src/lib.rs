@@ -5,7 +5,7 @@
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`prims`]: scan, compaction, counting sort.
 //! - [`impact`]: the impact stream, from those who move to those who paint.
-//! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
+//! - [`mesh`]: triangles from files or made, posed on the GPU.
 //! - [`cells`]: a grid of cells with planes of the scene: what is collided with.
 //! - [`draw`]: what every picture has: view, targets, sky, terrain, sprites.
 //! - [`water`]: heightfield water by virtual pipes.

@@ -205,15 +205,15 @@ fn one_pass_gives_the_texels_of_the_layers_to_the_bit_but_for_ties() {
             for router in [Router::Vertex, Router::Geometry] {
                 let Some(layers) = drawn(&gpu, grid, &bodies, way, Drawn::Layers(router)) else { continue };
                 let (mut same, mut other) = (0, 0);
-                for cell in 0..grid.count() {
+                for (cell, is_tied) in tied.iter().enumerate() {
                     match (once.planes_of(cell), layers.planes_of(cell)) {
                         ([], []) => {}
                         ([a], [b]) if a.triangle == b.triangle => {
-                            assert_eq!(
-                                (a.normal, a.distance_m),
-                                (b.normal, b.distance_m),
-                                "{what}, cell {cell}"
-                            );
+                            let off = (a.distance_m - b.distance_m).abs() / grid.cell_m
+                                + (Vec3::from(a.normal) - Vec3::from(b.normal)).length();
+                            // Divisions and roots of a GPU may round otherwise from stage to stage.
+                            let allowed = if gpu.is_exact() { 0.0 } else { 1e-5 };
+                            assert!(off <= allowed, "{what}, cell {cell}: {a:?}, {b:?}");
                             let apart = (Vec3::from(a.velocity_mps) - Vec3::from(b.velocity_mps)).length();
                             assert!(
                                 apart <= 1e-3 * (1.0 + Vec3::from(b.velocity_mps).length()),
@@ -224,7 +224,7 @@ fn one_pass_gives_the_texels_of_the_layers_to_the_bit_but_for_ties() {
                         // Two that are as near: a key has fewer bits for depth.
                         ([_], [_]) => other += 1,
                         (a, b) => {
-                            assert!(tied[cell], "{what}, {way:?}, {router:?}, cell {cell}: {a:?}, {b:?}");
+                            assert!(is_tied, "{what}, {way:?}, {router:?}, cell {cell}: {a:?}, {b:?}");
                             other += 1;
                         }
                     }
@@ -261,6 +261,19 @@ fn of_two_floors_in_a_cell_the_one_that_particles_meet_first_stays_in_both_order
                 );
             }
         }
+    }
+}
+
+#[test]
+fn what_is_drawn_loses_what_is_steep() {
+    let gpu = gpu();
+    for (what, grid, bodies) in scenes() {
+        let (exact, _) = conservative(&gpu, grid, &bodies);
+        let Some(read) = drawn(&gpu, grid, &bodies, Way::DownY, Drawn::Once) else { continue };
+        let (all, found) = (exact.marked().len(), read.marked().len());
+        println!("{what}: {found} of {all} cells are drawn");
+        assert!(read.marked().iter().all(|&cell| exact.is_occupied(cell)), "{what}");
+        assert!(10 * found < 9 * all && 5 * found > all, "{what}: {found} of {all}");
     }
 }
 
