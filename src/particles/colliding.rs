@@ -234,12 +234,11 @@ impl Surroundings {
         };
         let near = Buffer::new(gpu, "particles.near", 2 * cells.occupied().bytes(), Residence::Device)?;
         gpu.once(|rec| rec.fill(&near, 0))?;
-        let bound = Kernel::new::<NearParams>(gpu, &info)?
-            .bind(&[
-                ("Occupied", cells.occupied().into()),
-                ("Planes", cells.planes().into()),
-                ("Near", (&near).into()),
-            ])?;
+        let bound = Kernel::new::<NearParams>(gpu, &info)?.bind(&[
+            ("Occupied", cells.occupied().into()),
+            ("Planes", cells.planes().into()),
+            ("Near", (&near).into()),
+        ])?;
         Ok(Self { cells: cells.clone(), near, bound, reach })
     }
 

@@ -184,7 +184,15 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
             }
         }
     }
-    Ok(Found { headlines: headlines(&leaks, 0.5 / f64::from(count)), studies: tables(leaks, depths), ..Found::default() })
+    Ok(Found {
+        headlines: headlines(
+            &leaks,
+            0.5 / f64::from(count),
+            &format!("{sizes:?} cells a side, {steps:?} cells a step"),
+        ),
+        studies: tables(leaks, depths),
+        ..Found::default()
+    })
 }
 
 fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
@@ -207,8 +215,10 @@ fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
 }
 
 /// The worst leak of the default at all sizes and steps, and its time over the seed's.
-fn headlines(points: &[Point], none: f64) -> Vec<Headline> {
-    let of = |method: &str| points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>();
+fn headlines(points: &[Point], none: f64, settings: &str) -> Vec<Headline> {
+    let of = |method: &str| {
+        points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>()
+    };
     let (swept, seed) = (of("dda2"), of("seed"));
     let worst = swept.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
     let costs: Vec<f64> = swept.iter().zip(&seed).map(|(a, b)| a.ns_per_item / b.ns_per_item).collect();
@@ -229,7 +239,7 @@ fn headlines(points: &[Point], none: f64) -> Vec<Headline> {
             "leaks of dda2, worst of all sizes and steps",
             leaked,
             "%",
-            format!("16 to 128 cells a side, 0.25 to 16 cells a step; the seed's worst: {seeds:.0} %"),
+            format!("{settings}; the seed's worst: {seeds:.0} %"),
         ),
         headline(
             "time of dda2 over that of the seed's update",

@@ -141,7 +141,11 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
             let surroundings = Surroundings::new(&gpu, &on_gpu, reach).unwrap();
             gpu.once(|rec| surroundings.record(rec)).unwrap();
             let got = gpu.download::<u32>(surroundings.near()).unwrap();
-            assert_eq!(got, cpu_colliding::near(&grid, &read.occupied, &read.planes, reach), "{cells} {reach}");
+            assert_eq!(
+                got,
+                cpu_colliding::near(&grid, &read.occupied, &read.planes, reach),
+                "{cells} {reach}"
+            );
         }
     }
 }
