@@ -5,7 +5,6 @@
 const float NEVER_S = 3.0e38;
 const uint MOST_PIECES = 4096u;
 const float RIM = 1.0e-3;  // of a cell: cells are closed, and feet on a face of theirs are rounded
-const float ALIKE = 0.985;  // cosine of 10 degrees: nearer planes count as one, as `cells` has it
 
 struct Hit {
     bool is_any;
@@ -15,11 +14,6 @@ struct Hit {
     vec3 velocity_mps;  // of the surface
     uint triangle;
 };
-
-float dotted(vec3 a, vec3 b) {
-    precise float sum = (a.x * b.x + a.y * b.y) + a.z * b.z;
-    return sum;
-}
 
 vec3 moved(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float after_s) {
     precise vec3 to = at_m + (velocity_mps * after_s + pull_mps2 * (0.5 * after_s * after_s));
@@ -116,7 +110,11 @@ void meet(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float elapsed_s, Plane p
     }
 }
 
-bool is_alike(Plane one, Plane other) { return abs(dotted(one.normal, other.normal)) > ALIKE; }
+// Behind the bits of cells that are near come those of cells that lack a plane.
+bool is_crowded(uint cell) {
+    uint words = (law.grid.cells_x * law.grid.cells_y * law.grid.cells_z + 31u) / 32u;
+    return (near[words + (cell >> 5u)] >> (cell & 31u) & 1u) != 0u;
+}
 
 void meet_cell(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float elapsed_s, ivec3 cell, bool asks_deep, inout Hit hit,
                inout vec3 deep_m) {
@@ -129,16 +127,16 @@ void meet_cell(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float elapsed_s, iv
     if (two.triangle == 0u) return;
     meet(at_m, velocity_mps, pull_mps2, elapsed_s, two, centre, centre, asks_deep, hit, deep_m);
     // A cell that is full may lack a third, as at the corner of a box: a neighbour has it.
+    if (!is_crowded(i)) return;
     for (uint face = 0u; face < 6u; ++face) {
-        ivec3 beside = cell;
-        beside[face >> 1u] += (face & 1u) == 0u ? -1 : 1;
+        ivec3 beside = cell_beside(cell, face);
         if (!in_grid(law.grid, beside)) continue;
         uint j = cell_index(law.grid, beside);
         if (!is_occupied(j)) continue;
         for (uint slot = 0u; slot < 2u; ++slot) {
             Plane lent = plane_of(j, slot);
             if (slot == 1u && lent.triangle == 0u) break;
-            if (is_alike(lent, one) || is_alike(lent, two)) continue;
+            if (!is_missing(lent, one, two, face, law.grid.cell_m)) continue;
             meet(at_m, velocity_mps, pull_mps2, elapsed_s, lent, cell_centre_m(law.grid, beside), centre, asks_deep, hit,
                  deep_m);
         }

@@ -7,6 +7,7 @@
 // held there: in `held_pull` gravity and friction act along it.
 // CPU twin: particles::cpu_colliding.
 #include "particles/particle.glsl"
+#define LAW_DEFERS
 #define CELLS_OCCUPIED 7
 #define CELLS_PLANES 8
 #include "cells/cells.glsl"
@@ -112,75 +113,73 @@ void collide(inout Particle it, float dt_s) {
     vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
     vec3 at = it.at_m, velocity = it.velocity_mps, pull = gravity, push = vec3(0.0);
     float left_s = dt_s;
-    if (!flies_freely(at, velocity, gravity, dt_s)) {
-        uint impacts = 0u;
-        Held held;
-        held.count = 0u;
-        bool stops = false;
-        for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
-            stops = leg == MOST_LEGS - 1u;
-            vec3 deep = vec3(0.0);
-            precise float elapsed = (dt_s - left_s) - law.lead_s;
-            precise vec3 moving = velocity + push;
-            Hit hit = first_hit(at, moving, pull, left_s, elapsed, leg == 0u, deep);
-            if (leg == 0u && deep != vec3(0.0)) {
-                // In a plane from the start: out of it within this step, but not by more than half a radius.
-                float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));
-                precise vec3 out_of = deep * (min(most / deepest, 1.0) / left_s);
-                push = out_of;
-                continue;
-            }
-            if (!hit.is_any) break;
-            vec3 n = hit.normal, u = hit.velocity_mps;
-            vec3 from = at;
-            at = moved(at, moving, pull, hit.after_s);
-            precise vec3 then = velocity + pull * hit.after_s;
-            precise vec3 sinking = moving - u;
-            precise vec3 moves = at - from;
-            precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
-            precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(pull, n), hit.after_s, rise);
-            velocity = made_good;
-            precise float after = left_s - hit.after_s;
-            left_s = max(after, 0.0);
-            precise float pushing = dotted(push, n);
-            if (pushing < 0.0) {
-                precise vec3 kept = push - n * pushing;
-                push = kept;
-            }
-            precise vec3 seen = velocity - u;
-            precise float approach = dotted(seen, n);
-            bool is_slow = true;
-            if (approach < 0.0) {
-                // Who would be back within two steps stays; what gravity gives in half a step is no impact.
-                precise float step = abs(dotted(gravity, n)) * dt_s;
-                precise float rebound = -approach * law.restitution;
-                is_slow = rebound <= step * (law.restitution < 1.0 ? 1.0 : 1.0e-3);
-                bool rests = is_slow && -approach <= 0.5 * step;
-                if (!rests && impacts == MOST_IMPACTS) { stops = true; break; }
-                precise float press = -approach * (is_slow ? 1.0 : 1.0 + law.restitution);
-                precise vec3 slide = seen - n * approach;
-                float kept = kept_of(sqrt(dotted(slide, slide)), press);
-                precise vec3 after_it = u + slide * kept + n * (approach + press);
-                velocity = after_it;
-                if (!rests) {
-                    precise vec3 touch = at - n * hit.distance_m;
-                    append_impact(touch, n, seen, press, hit.triangle, law_slot() * 8u + impacts, source_now());
-                    ++impacts;
-                }
-            }
-            if (is_slow && held.count < 3u) {
-                held.normals[held.count] = n;
-                held.velocities_mps[held.count] = u;
-                ++held.count;
-            }
-            if (left_s == 0.0) { stops = true; break; }
-            pull = held.count > 0u ? held_pull(held, velocity, gravity, left_s) : gravity;
+    uint impacts = 0u;
+    Held held;
+    held.count = 0u;
+    bool stops = false;
+    for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
+        stops = leg == MOST_LEGS - 1u;
+        vec3 deep = vec3(0.0);
+        precise float elapsed = (dt_s - left_s) - law.lead_s;
+        precise vec3 moving = velocity + push;
+        Hit hit = first_hit(at, moving, pull, left_s, elapsed, leg == 0u, deep);
+        if (leg == 0u && deep != vec3(0.0)) {
+            // In a plane from the start: out of it within this step, but not by more than half a radius.
+            float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));
+            precise vec3 out_of = deep * (min(most / deepest, 1.0) / left_s);
+            push = out_of;
+            continue;
         }
-        if (stops) {
-            it.at_m = at;
-            it.velocity_mps = velocity;
-            return;
+        if (!hit.is_any) break;
+        vec3 n = hit.normal, u = hit.velocity_mps;
+        vec3 from = at;
+        at = moved(at, moving, pull, hit.after_s);
+        precise vec3 then = velocity + pull * hit.after_s;
+        precise vec3 sinking = moving - u;
+        precise vec3 moves = at - from;
+        precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
+        precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(pull, n), hit.after_s, rise);
+        velocity = made_good;
+        precise float after = left_s - hit.after_s;
+        left_s = max(after, 0.0);
+        precise float pushing = dotted(push, n);
+        if (pushing < 0.0) {
+            precise vec3 kept = push - n * pushing;
+            push = kept;
         }
+        precise vec3 seen = velocity - u;
+        precise float approach = dotted(seen, n);
+        bool is_slow = true;
+        if (approach < 0.0) {
+            // Who would be back within two steps stays; what gravity gives in half a step is no impact.
+            precise float step = abs(dotted(gravity, n)) * dt_s;
+            precise float rebound = -approach * law.restitution;
+            is_slow = rebound <= step * (law.restitution < 1.0 ? 1.0 : 1.0e-3);
+            bool rests = is_slow && -approach <= 0.5 * step;
+            if (!rests && impacts == MOST_IMPACTS) { stops = true; break; }
+            precise float press = -approach * (is_slow ? 1.0 : 1.0 + law.restitution);
+            precise vec3 slide = seen - n * approach;
+            float kept = kept_of(sqrt(dotted(slide, slide)), press);
+            precise vec3 after_it = u + slide * kept + n * (approach + press);
+            velocity = after_it;
+            if (!rests) {
+                precise vec3 touch = at - n * hit.distance_m;
+                append_impact(touch, n, seen, press, hit.triangle, law_slot() * 8u + impacts, source_now());
+                ++impacts;
+            }
+        }
+        if (is_slow && held.count < 3u) {
+            held.normals[held.count] = n;
+            held.velocities_mps[held.count] = u;
+            ++held.count;
+        }
+        if (left_s == 0.0) { stops = true; break; }
+        pull = held.count > 0u ? held_pull(held, velocity, gravity, left_s) : gravity;
+    }
+    if (stops) {
+        it.at_m = at;
+        it.velocity_mps = velocity;
+        return;
     }
     precise vec3 moving = velocity + push;
     precise vec3 end = velocity + pull * left_s;
@@ -197,11 +196,26 @@ void respawn(inout Particle it) {
     it.born = law_tick();
 }
 
-bool advance(inout Particle it, float dt_s) {
+// Moves who has nothing in reach, and those of the seed's methods; false: `advance` must do it.
+bool advance_at_once(inout Particle it, float dt_s) {
     if (dt_s > 0.0) {
-        if (method >= METHOD_ONE) collide(it, dt_s);
-        else step_as_seed(it, dt_s);
+        if (method >= METHOD_ONE) {
+            vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
+            if (!flies_freely(it.at_m, it.velocity_mps, gravity, dt_s)) return false;
+            vec3 velocity = it.velocity_mps;
+            precise vec3 end = velocity + gravity * dt_s;
+            it.at_m = moved(it.at_m, velocity, gravity, dt_s);
+            it.velocity_mps = end;
+        } else {
+            step_as_seed(it, dt_s);
+        }
     }
+    if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
+    return true;
+}
+
+bool advance(inout Particle it, float dt_s) {
+    collide(it, dt_s);
     if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
     return true;
 }

@@ -17,7 +17,9 @@ struct Particle {
 // must know the time or the place declares
 //     uint law_tick();  // at the end of the step
 //     uint law_slot();  // of the particle in this step, births after the others: no two share one
-// which the advance defines (other passes that call a law: the tick).
+// which the advance defines (other passes that call a law: the tick). A law that takes long for a few defines LAW_DEFERS and
+//     bool advance_at_once(inout Particle particle, float dt_s)
+// which moves the others, and says of those few, whom it leaves as they are, that they must wait for `advance`.
 #ifndef LAW_BINDING
 #define LAW_BINDING 5
 #endif

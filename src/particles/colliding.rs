@@ -189,13 +189,15 @@ impl Colliding {
 }
 
 /// Push constants: `NearParams` in `glsl/particles/near.comp`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct NearParams {
     /// Along x, y and z.
     pub cells: [u32; 3],
     /// How far is looked.
     pub reach: u32,
+    /// Side of a cell (m).
+    pub cell_m: f32,
 }
 
 /// What pools of the law collide with: cells, and which of them are near an occupied one.
@@ -227,20 +229,24 @@ impl Surroundings {
         let info = KernelInfo {
             name: c"particles.near",
             spv: shaders::PARTICLES_NEAR_COMP,
-            blocks: &["Occupied", "Near"],
+            blocks: &["Occupied", "Planes", "Near"],
             constants: &[],
         };
-        let near = Buffer::new(gpu, "particles.near", cells.occupied().bytes(), Residence::Device)?;
+        let near = Buffer::new(gpu, "particles.near", 2 * cells.occupied().bytes(), Residence::Device)?;
         gpu.once(|rec| rec.fill(&near, 0))?;
-        let bound = Kernel::new::<NearParams>(gpu, &info)?
-            .bind(&[("Occupied", cells.occupied().into()), ("Near", (&near).into())])?;
+        let bound = Kernel::new::<NearParams>(gpu, &info)?.bind(&[
+            ("Occupied", cells.occupied().into()),
+            ("Planes", cells.planes().into()),
+            ("Near", (&near).into()),
+        ])?;
         Ok(Self { cells: cells.clone(), near, bound, reach })
     }
 
     /// After each change of the cells, before the pools step.
     pub fn record(&self, rec: &mut Recorder<'_>) {
-        let params = NearParams { cells: self.cells.grid().cells, reach: self.reach };
-        let groups = (self.near.bytes() / 4).div_ceil(64) as u32;
+        let grid = self.cells.grid();
+        let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
+        let groups = (self.near.bytes() / 8).div_ceil(64) as u32;
         let rows = groups.div_ceil(65_535).max(1);
         rec.span(c"particles.near", |rec| {
             rec.dispatch(&self.bound, [groups.div_ceil(rows) * 64, rows, 1], &params);
@@ -263,7 +269,7 @@ impl Surroundings {
         self.reach
     }
 
-    /// A bit a cell: whether one within reach is occupied.
+    /// A bit a cell: whether one within reach is occupied; then one more each: whether it lacks a plane of a cell beside it.
     pub fn near(&self) -> &Buffer {
         &self.near
     }

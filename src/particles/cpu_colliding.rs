@@ -26,7 +26,7 @@ pub struct Scene<'a> {
     pub occupied: &'a [u32],
     /// Two a cell.
     pub planes: &'a [Plane],
-    /// A bit a cell.
+    /// Two bits a cell, of [`near`].
     pub near: &'a [u32],
 }
 
@@ -63,8 +63,8 @@ struct Leg {
 }
 
 /// Twin of `near.comp`.
-pub fn near(grid: &Grid, occupied: &[u32], reach: u32) -> Vec<u32> {
-    let mut bits = vec![0u32; occupied.len()];
+pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
+    let mut bits = vec![0u32; 2 * occupied.len()];
     let most = UVec3::from(grid.cells).as_ivec3() - 1;
     for i in 0..grid.count() {
         let cell = grid.cell(i);
@@ -76,8 +76,32 @@ pub fn near(grid: &Grid, occupied: &[u32], reach: u32) -> Vec<u32> {
             })
         });
         bits[i / 32] |= u32::from(is_near) << (i % 32);
+        let is_crowded = || {
+            let (one, two) = (planes[2 * i], planes[2 * i + 1]);
+            let lacks = |face: usize| {
+                let beside = grid.index(beside(cell, face)).filter(|j| bit(occupied, *j));
+                beside.is_some_and(|j| {
+                    let is = |lent: &Plane| is_missing(lent, &one, &two, face, grid.cell_m);
+                    is(&planes[2 * j]) || (planes[2 * j + 1].triangle != 0 && is(&planes[2 * j + 1]))
+                })
+            };
+            two.triangle != 0 && (0..6).any(lacks)
+        };
+        bits[occupied.len() + i / 32] |= u32::from(bit(occupied, i) && is_crowded()) << (i % 32);
     }
     bits
+}
+
+fn beside(cell: IVec3, face: usize) -> IVec3 {
+    let mut beside = cell;
+    beside[face >> 1] += if face & 1 == 0 { -1 } else { 1 };
+    beside
+}
+
+fn is_missing(lent: &Plane, one: &Plane, two: &Plane, face: usize, cell_m: f32) -> bool {
+    let [x, y, z] = lent.normal.map(f32::abs);
+    let away = lent.distance_m + lent.normal[face >> 1] * if face & 1 == 0 { cell_m } else { -cell_m };
+    !is_alike(lent, one) && !is_alike(lent, two) && away.abs() <= ((x + y) + z) * (0.501 * cell_m)
 }
 
 fn bit(words: &[u32], i: usize) -> bool {
@@ -237,16 +261,18 @@ impl Law<'_> {
             return;
         }
         self.meet(leg, &two, centre, centre, hit, deep.as_deref_mut());
+        if !bit(&self.scene.near[self.scene.occupied.len()..], i) {
+            return;
+        }
         for face in 0..6 {
-            let mut beside = cell;
-            beside[face >> 1] += if face & 1 == 0 { -1 } else { 1 };
+            let beside = beside(cell, face);
             let Some(j) = grid.index(beside).filter(|j| bit(self.scene.occupied, *j)) else { continue };
             for slot in 0..2 {
                 let lent = self.plane(j, slot);
                 if slot == 1 && lent.triangle == 0 {
                     break;
                 }
-                if !is_alike(&lent, &one) && !is_alike(&lent, &two) {
+                if is_missing(&lent, &one, &two, face, grid.cell_m) {
                     self.meet(leg, &lent, grid.centre_m(beside), centre, hit, deep.as_deref_mut());
                 }
             }

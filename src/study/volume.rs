@@ -185,7 +185,11 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
         }
     }
     Ok(Found {
-        headlines: headlines(&leaks, 0.5 / f64::from(count)),
+        headlines: headlines(
+            &leaks,
+            0.5 / f64::from(count),
+            &format!("{sizes:?} cells a side, {steps:?} cells a step"),
+        ),
         studies: tables(leaks, depths),
         ..Found::default()
     })
@@ -211,7 +215,7 @@ fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
 }
 
 /// The worst leak of the default at all sizes and steps, and its time over the seed's.
-fn headlines(points: &[Point], none: f64) -> Vec<Headline> {
+fn headlines(points: &[Point], none: f64, settings: &str) -> Vec<Headline> {
     let of = |method: &str| {
         points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>()
     };
@@ -235,7 +239,7 @@ fn headlines(points: &[Point], none: f64) -> Vec<Headline> {
             "leaks of dda2, worst of all sizes and steps",
             leaked,
             "%",
-            format!("16 to 128 cells a side, 0.25 to 16 cells a step; the seed's worst: {seeds:.0} %"),
+            format!("{settings}; the seed's worst: {seeds:.0} %"),
         ),
         headline(
             "time of dda2 over that of the seed's update",

@@ -75,7 +75,7 @@ fn crowd(count: u32, speed_mps: f32) -> Vec<Particle> {
 fn every_method_is_its_twin() {
     let gpu = gpu();
     let read = fill(&grid(), &mixed());
-    let near = cpu_colliding::near(&grid(), &read.occupied, 3);
+    let near = cpu_colliding::near(&grid(), &read.occupied, &read.planes, 3);
     let mut hits = 0;
     for method in Method::ALL {
         for (radius_m, friction) in [(0.03, 0.3), (0.2, 0.0)] {
@@ -141,7 +141,11 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
             let surroundings = Surroundings::new(&gpu, &on_gpu, reach).unwrap();
             gpu.once(|rec| surroundings.record(rec)).unwrap();
             let got = gpu.download::<u32>(surroundings.near()).unwrap();
-            assert_eq!(got, cpu_colliding::near(&grid, &read.occupied, reach), "{cells} {reach}");
+            assert_eq!(
+                got,
+                cpu_colliding::near(&grid, &read.occupied, &read.planes, reach),
+                "{cells} {reach}"
+            );
         }
     }
 }

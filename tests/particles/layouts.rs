@@ -148,7 +148,7 @@ fn structs_of_the_colliding_law() {
     assert_eq!(law.bytes, size_of::<Colliding>());
     assert_layout!(
         shaders::PARTICLES_NEAR_COMP,
-        "NearParams" == NearWords { cells_x, cells_y, cells_z, reach }
+        "NearParams" == NearWords { cells_x, cells_y, cells_z, reach, cell_m }
     );
     assert_eq!(size_of::<NearParams>(), size_of::<NearWords>());
     assert_eq!(offset_of!(NearParams, reach), offset_of!(NearWords, reach));
@@ -162,4 +162,5 @@ struct NearWords {
     cells_y: u32,
     cells_z: u32,
     reach: u32,
+    cell_m: f32,
 }
