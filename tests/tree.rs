@@ -8,9 +8,9 @@ use whitecap::{gpu::reflect::reflect, shaders};
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
     &["gpu", "clock", "check", "random"],
-    &["prims", "mesh"],
+    &["prims", "mesh", "impact", "cells"],
     &["draw"],
-    &["water", "particles", "ballistic", "disks"],
+    &["water", "particles", "ballistic", "disks", "paint", "volume"],
     &["scene"],
     &["run"],
     &["study", "view"],
@@ -93,8 +93,11 @@ fn dependencies_point_down() {
 #[test]
 fn twins_know_nothing_of_the_gpu() {
     for file in [
+        "src/impact/cpu.rs",
+        "src/paint/cpu.rs",
         "src/particles/cpu.rs",
         "src/prims/cpu.rs",
+        "src/volume/cpu.rs",
         "src/water/cpu.rs",
         "src/water/oracle.rs",
         "src/water/starts.rs",

@@ -77,7 +77,33 @@ uint rank_of(uint at) {
     return at - gone_before[word] - bitCount(gone[word] & ((1u << (at & 31u)) - 1u));
 }
 
+#ifdef LAW_DEFERS
+// Who takes long: by invocations side by side, so that those who do not need not wait for one among them.
+shared float deferred[7u * tile];  // at, velocity, time: a plane each
+shared uint deferred_born[tile];
+shared uint deferred_slot[tile];  // then whether it goes on
+shared uint deferred_count;
+
+void defer(uint q, Particle particle, float dt_s, uint slot) {
+    vec3 at = particle.at_m, velocity = particle.velocity_mps;
+    for (uint k = 0u; k < 3u; ++k) {
+        deferred[k * tile + q] = at[k];
+        deferred[(3u + k) * tile + q] = velocity[k];
+    }
+    deferred[6u * tile + q] = dt_s;
+    deferred_born[q] = particle.born;
+    deferred_slot[q] = slot;
+}
+
+Particle deferred_at(uint q) {
+    return Particle(vec3(deferred[q], deferred[tile + q], deferred[2u * tile + q]),
+                    vec3(deferred[3u * tile + q], deferred[4u * tile + q], deferred[5u * tile + q]), deferred_born[q]);
+}
+#endif
+
 uint law_tick() { return p.now; }
+uint slot_now;  // set before each call of the law
+uint law_slot() { return slot_now; }
 
 void main() {
     uint lane = gl_LocalInvocationIndex;
@@ -87,6 +113,9 @@ void main() {
     uint start = p.now - p.dt_ticks;
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
     if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
+#ifdef LAW_DEFERS
+    if (lane == 0u) deferred_count = 0u;
+#endif
 
     uint own = 0u, block = t / BLOCK;
     if (compaction == COMPACT_STABLE) {
@@ -147,6 +176,39 @@ void main() {
         barrier();
     }
 
+    bool goes_on[items];
+#ifdef LAW_DEFERS
+    uint later[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        goes_on[k] = true;
+        later[k] = tile;
+        if (!lives[k]) continue;
+        slot_now = t * tile + k * group + lane;
+        if (!advance_at_once(it[k], dt_s[k])) {
+            later[k] = atomicAdd(deferred_count, 1u);
+            defer(later[k], it[k], dt_s[k], slot_now);
+        }
+    }
+    barrier();
+    for (uint q = lane; q < deferred_count; q += group) {
+        Particle one = deferred_at(q);
+        slot_now = deferred_slot[q];
+        bool is_on = advance(one, deferred[6u * tile + q]);
+        defer(q, one, 0.0, uint(is_on));
+    }
+    barrier();
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        if (later[k] == tile) continue;
+        it[k] = deferred_at(later[k]);
+        goes_on[k] = deferred_slot[later[k]] != 0u;
+    }
+#else
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        slot_now = t * tile + k * group + lane;
+        goes_on[k] = lives[k] && advance(it[k], dt_s[k]);
+    }
+#endif
+
     bool stays[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         stays[k] = lives[k];
@@ -154,15 +216,14 @@ void main() {
             if (compaction == COMPACT_RING) it[k].born = p.now - p.life_ticks;  // it stays old on a clock that wraps
             continue;
         }
-        bool goes_on = advance(it[k], dt_s[k]);
         bool is_sound = are_numbers(it[k].at_m) && are_numbers(it[k].velocity_mps);
         bool is_young = is_alive(it[k].born, p.now, p.life_ticks);
-        stays[k] = goes_on && is_sound && is_young;
+        stays[k] = goes_on[k] && is_sound && is_young;
         if (!stays[k]) {
             if (!is_sound) {
                 it[k] = Particle(vec3(0.0), vec3(0.0), it[k].born);  // what is no number is not stored
                 atomicAdd(spoiled, 1u);
-            } else if (!goes_on) {
+            } else if (!goes_on[k]) {
                 atomicAdd(ended, 1u);
             } else {
                 atomicAdd(aged, 1u);

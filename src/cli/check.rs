@@ -5,8 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, Override, Scene,
-        SceneError, Verdict, WaterPlan, WaterScene,
+        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, MeshPlan, Override,
+        Scene, SceneError, Verdict, WaterPlan, WaterScene,
     },
     study::shapes::table,
 };
@@ -189,6 +189,20 @@ fn refined(measured: &Measured, scene: &Scene) -> Vec<String> {
     lines
 }
 
+fn mesh_line(mesh: &MeshPlan) -> String {
+    let painted = match mesh.map {
+        0 => String::new(),
+        side => format!(", painted on {side} x {side} texels"),
+    };
+    format!(
+        "mesh `{}`: {} triangles, {}, {}{painted}",
+        mesh.name,
+        mesh.mesh.triangles.len(),
+        if mesh.moves() { "moves" } else { "at rest" },
+        if mesh.solid { "solid" } else { "only seen" },
+    )
+}
+
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
     let measured = args.study.as_deref().map(Measured::read).transpose()?;
@@ -206,12 +220,21 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
         let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
         let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
         let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
+        let mesh = |it: &MeshPlan| json!({"name": it.name, "triangles": it.mesh.triangles.len(), "moves": it.moves(), "solid": it.solid, "map": it.map});
+        let meshes: Vec<_> = plan.meshes.iter().map(mesh).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
         let mut all = json!({
             "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
         });
+        if !meshes.is_empty() {
+            all["meshes"] = json!(meshes);
+        }
+        if let Some(volume) = &plan.volume {
+            all["volume"] =
+                json!({"reason": volume.reason, "dt_s": volume.dt_s, "cells_a_step": volume.cells_a_step});
+        }
         if let Some(measured) = measured {
             all["refined"] = json!({"device": measured.device, "waters": measured.refine(&scene)});
         }
@@ -237,6 +260,12 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(measured) = &measured {
         refined(measured, &scene).iter().for_each(|line| print(line));
         print("");
+    }
+    for mesh in &plan.meshes {
+        print(&mesh_line(mesh));
+    }
+    if let Some(volume) = &plan.volume {
+        print(&format!("volume: {}\n", volume.reason));
     }
     for emitter in &plan.emitters {
         print(&format!(

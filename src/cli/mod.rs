@@ -15,7 +15,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
     gpu::{self, Gpu, GpuOptions},
-    particles,
+    mesh::MeshesError,
+    paint, particles,
     run::{atomic::FileError, RunError},
     scene::SceneError,
     study, water,
@@ -150,6 +151,24 @@ impl From<whitecap::disks::Error> for Failure {
     }
 }
 
+impl From<paint::Error> for Failure {
+    fn from(error: paint::Error) -> Self {
+        match error {
+            paint::Error::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
+impl From<MeshesError> for Failure {
+    fn from(error: MeshesError) -> Self {
+        match error {
+            MeshesError::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)
@@ -171,6 +190,8 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::Disks(error) => error.into(),
+            study::Error::Paint(error) => error.into(),
+            study::Error::Meshes(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
@@ -186,6 +207,8 @@ impl From<RunError> for Failure {
             RunError::Disks(error) => error.into(),
             RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
+            RunError::Meshes(error) => error.into(),
+            RunError::Paint(error) => error.into(),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
         }

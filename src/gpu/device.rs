@@ -129,9 +129,14 @@ impl Gpu {
         let has_wide_atomics = adapter.has("atomics of 64 bits");
         let features = vk::PhysicalDeviceFeatures::default()
             .geometry_shader(adapter.has("geometryShader"))
+            .shader_clip_distance(adapter.has("shaderClipDistance"))
+            .fragment_stores_and_atomics(adapter.has("fragmentStoresAndAtomics"))
             .shader_int64(has_wide_atomics);
-        let mut v12 =
-            vk::PhysicalDeviceVulkan12Features::default().shader_buffer_int64_atomics(has_wide_atomics);
+        let has_layers = adapter.has("shaderOutputLayer");
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+            .shader_buffer_int64_atomics(has_wide_atomics)
+            .shader_output_layer(has_layers)
+            .shader_output_viewport_index(has_layers);
         let mut stream = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
         let mut info = vk::DeviceCreateInfo::default()
             .enabled_features(&features)
@@ -273,6 +278,18 @@ impl Gpu {
     /// Whether buffers have atomics of 64 bits; on a caller's device never, as [`Gpu::has_geometry_shader`].
     pub fn has_wide_atomics(&self) -> bool {
         self.0.device.is_owned && self.0.adapter.has("atomics of 64 bits")
+    }
+
+    /// Asks for what only some variants use, by the name in [`Adapter::optional`]; a caller's device has none of it, as
+    /// which features it has cannot be asked.
+    ///
+    /// # Errors
+    /// [`Error::Lacks`], in the name of `who`.
+    pub fn require(&self, who: &str, what: &'static str) -> Result<()> {
+        match self.0.device.is_owned && self.0.adapter.has(what) {
+            true => Ok(()),
+            false => Err(Error::Lacks { name: who.into(), device: self.name().into(), what }),
+        }
     }
 
     /// Whether vertices can be captured: [`Stream`](super::Stream); on a caller's device never.

@@ -65,6 +65,16 @@ pub enum Error {
         /// What was to be drawn, or drawn to.
         name: String,
     },
+    /// The device lacks what a variant is made of.
+    #[error("`{name}`: {device} has no {what}")]
+    Lacks {
+        /// What was asked for.
+        name: String,
+        /// Name of the device.
+        device: String,
+        /// The feature, by Vulkan's name where it has one.
+        what: &'static str,
+    },
     /// There is no Vulkan loader on this machine.
     #[error("no Vulkan loader (libvulkan1 in Debian): {0}")]
     Loader(#[from] ash::LoadingError),

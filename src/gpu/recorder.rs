@@ -22,8 +22,8 @@ pub struct Target<'a> {
 
 /// Writes commands into a command buffer that someone else allocates, begins, ends and submits.
 pub struct Recorder<'g> {
-    gpu: &'g Gpu,
-    cmd: vk::CommandBuffer,
+    pub(super) gpu: &'g Gpu,
+    pub(super) cmd: vk::CommandBuffer,
     queries: vk::QueryPool,
     room: usize,
     spans: Vec<&'static CStr>,
@@ -70,7 +70,7 @@ impl<'g> Recorder<'g> {
         self
     }
 
-    fn keep(&mut self, used: impl FnOnce() -> Kept) {
+    pub(super) fn keep(&mut self, used: impl FnOnce() -> Kept) {
         if let Some(keep) = &mut self.keep {
             keep.push(used());
         }

@@ -20,25 +20,37 @@
 //! Time is counted in ticks of 2^-16 s, in integers: births are at whole multiples of the emitter's period, whatever the
 //! steps are, and lives end on their tick. What is left out: particles do not see each other.
 
+pub mod balls;
 pub mod black_hole;
 pub mod black_hole_fate;
 pub mod choose;
+pub mod colliding;
 pub mod cpu;
 pub mod cpu_black_hole;
+pub mod cpu_colliding;
 pub mod drag;
 pub mod emitter;
+pub mod info;
 pub mod kepler;
 pub mod kepler_stateless;
 pub mod law;
+pub mod layout;
+pub mod options;
 pub mod oracle;
 pub mod pool;
+pub mod state;
 
+pub use colliding::{Colliding, Surroundings};
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
+pub use info::PoolInfo;
 #[cfg(feature = "tools")]
 pub use law::compile_law;
 pub use law::Law;
-pub use pool::{Compaction, Counts, Layout, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Tuning};
+pub use layout::Layout;
+pub use options::{Compaction, Options, Tuning};
+pub use pool::{Particles, Pool};
+pub use state::{Counts, PoolState, Snapshot};
 
 pub use crate::check::Invalid;
 use crate::gpu;

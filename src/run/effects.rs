@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
-use super::{live::Counters, stats::EmitterStats, swarm::Swarm, RunError};
+use super::{live::Counters, room::Volume, stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
+        shadow::Shadow,
         sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Resource},
+    particles::balls::BallsDraw,
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
 use glam::Vec3;
@@ -18,6 +20,7 @@ use std::ffi::CStr;
 pub(super) enum Drawn {
     Triangles(Sprites),
     Splat(SplatSprites),
+    Balls(BallsDraw),
 }
 
 impl Drawn {
@@ -34,6 +37,7 @@ impl Drawn {
         let path = match plan.draw {
             Draw::Quads => Path::Quads { vertex: &plan.sprites },
             Draw::Geometry => Path::Geometry { geometry: &plan.sprites },
+            Draw::Balls => unreachable!("a pool draws its balls itself"),
             Draw::Splat => {
                 let splats = splats.expect("sums for those who splat");
                 let sprites = SplatSprites::new::<P>(gpu, stage, splats, (name, &plan.sprites), resources)?;
@@ -91,6 +95,9 @@ impl Source {
     }
 }
 
+/// What balls are shadowed by, and what those that collide meet; both belong to the room.
+pub(super) type Around<'a> = (Option<&'a Shadow>, Option<&'a Volume>);
+
 /// All emitters of a scene. Without any it holds nothing and records nothing.
 pub(super) struct Emitters {
     sources: Vec<Source>,
@@ -113,6 +120,7 @@ impl Emitters {
         stage: &mut Stage,
         plans: &[EmitterPlan],
         ground: (&Buffer, GroundGrid),
+        around: Around<'_>,
         seed: u64,
     ) -> Result<Self, RunError> {
         if plans.iter().any(EmitterPlan::needs_depth) {
@@ -123,17 +131,24 @@ impl Emitters {
         let mut made = Self {
             sources: Vec::new(),
             splats,
-            draws: plans.iter().any(|it| it.draw != Draw::Splat),
+            draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)),
             ground: Some((ground.0.clone(), ground.1)),
             seed: (seed ^ seed >> 32) as u32,
         };
         for (plan, stream) in plans.iter().zip(0..) {
-            made.sources.push(made.source(gpu, stage, plan, stream)?);
+            made.sources.push(made.source(gpu, stage, around, plan, stream)?);
         }
         Ok(made)
     }
 
-    fn source(&self, gpu: &Gpu, stage: &Stage, plan: &EmitterPlan, stream: u32) -> Result<Source, RunError> {
+    fn source(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        (shadow, volume): Around<'_>,
+        plan: &EmitterPlan,
+        stream: u32,
+    ) -> Result<Source, RunError> {
         let seed = self.seed;
         Ok(match &plan.throws {
             PlannedThrows::Effect(effect) => {
@@ -152,7 +167,8 @@ impl Emitters {
             }
             PlannedThrows::Law(law) => {
                 let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                Source::Swarm(Box::new(Swarm::new(gpu, stage, self.splats.as_ref(), plan, law, seed)?))
+                let drawing = (self.splats.as_ref(), shadow, volume);
+                Source::Swarm(Box::new(Swarm::new(gpu, stage, drawing, plan, law, seed)?))
             }
         })
     }
@@ -173,7 +189,13 @@ impl Emitters {
     ///
     /// # Errors
     /// The device's.
-    pub fn redraw(&mut self, gpu: &Gpu, stage: &Stage, plans: &[EmitterPlan]) -> Result<(), RunError> {
+    pub fn redraw(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        shadow: Option<&Shadow>,
+        plans: &[EmitterPlan],
+    ) -> Result<(), RunError> {
         if self.splats.is_some() {
             self.splats = Some(Splats::new(gpu, stage)?);
         }
@@ -184,7 +206,9 @@ impl Emitters {
             };
             match (&mut self.sources[i], drawn) {
                 (Source::Flow(flow), Some(drawn)) => flow.drawn = drawn,
-                (Source::Swarm(swarm), _) => swarm.redraw(gpu, stage, self.splats.as_ref(), plan)?,
+                (Source::Swarm(swarm), _) => {
+                    swarm.redraw(gpu, stage, (self.splats.as_ref(), shadow), plan)?;
+                }
                 _ => {}
             }
         }
@@ -199,6 +223,7 @@ impl Emitters {
         &self,
         gpu: &Gpu,
         stage: &Stage,
+        around: Around<'_>,
         plans: &[EmitterPlan],
         old: &[EmitterPlan],
     ) -> Result<Vec<Option<Source>>, RunError> {
@@ -207,7 +232,7 @@ impl Emitters {
             if is_same {
                 Ok(None)
             } else {
-                self.source(gpu, stage, plan, stream).map(Some)
+                self.source(gpu, stage, around, plan, stream).map(Some)
             }
         };
         (0..).zip(plans).map(one).collect()
@@ -260,7 +285,12 @@ impl Emitters {
         }
     }
 
-    /// Records the steps that are due: all of them, they are few.
+    /// Records a step of those that meet meshes.
+    pub fn record_colliding(&mut self, rec: &mut Recorder<'_>) {
+        self.swarms_mut().filter(|it| it.collides()).for_each(|swarm| swarm.record_step(rec));
+    }
+
+    /// Records the steps of the others that are due: all of them, they are few.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
         if self.swarms().next().is_some() {
             for reader in [Access::GraphicsRead, Access::ComputeRead] {
@@ -268,7 +298,9 @@ impl Emitters {
             }
         }
         for swarm in self.swarms_mut() {
-            swarm.record(rec);
+            if !swarm.collides() {
+                swarm.record(rec);
+            }
             swarm.record_look(rec);
         }
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
@@ -318,6 +350,20 @@ impl Emitters {
             }
         }
         splats.record_over(rec);
+    }
+
+    /// Draws those that are balls: they hide what is behind them.
+    pub fn draw_balls(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record(rec));
+    }
+
+    /// Draws them as the sun sees them.
+    pub fn draw_shadow(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record_shadow(rec));
+    }
+
+    fn balls(&self) -> impl Iterator<Item = &BallsDraw> {
+        self.swarms().filter_map(Swarm::balls)
     }
 
     fn swarms(&self) -> impl Iterator<Item = &Swarm> {

@@ -3,10 +3,10 @@
 //! that reaches in. What does not change goes on as it is; a simulation that is made anew goes on from the state of the
 //! one before where the two have the same state, and else begins anew.
 
-use super::{effects::Emitters, effects::Source, gas::Gas, lake::Lake, RunError, World};
+use super::{effects::Emitters, effects::Source, gas::Gas, lake::Lake, room::Room, RunError, World};
 use crate::{
     disks::{Space, Stir},
-    draw::{Camera, Stage},
+    draw::{shadow::Shadow, Camera, Stage},
     gpu::Gpu,
     scene::{EmitterPlan, Plan, Scene, WaterScene},
 };
@@ -21,6 +21,7 @@ pub struct Left {
     emitters: Option<Emitters>,
     sources: Vec<Source>,
     gases: Vec<Gas>,
+    room: Option<(Room, Shadow)>,
 }
 
 /// A ray from the eye through a pixel.
@@ -71,7 +72,8 @@ impl World {
     /// If the device has no room.
     pub fn resize(&mut self, gpu: &Gpu, plan: &Plan, size: UVec2) -> Result<(), RunError> {
         self.stage.resize(gpu, size)?;
-        self.emitters.redraw(gpu, &self.stage, &plan.emitters)
+        let (shadow, _) = super::around(&self.room);
+        self.emitters.redraw(gpu, &self.stage, shadow, &plan.emitters)
     }
 
     /// Goes on with `scene`, of which `plan` is, after the plan `old`. With `is_all` everything is made anew, as where
@@ -91,7 +93,10 @@ impl World {
             || plan.has_ground() != old.has_ground()
             || scene.output.view != self.scene.output.view
             || depth(plan) != depth(old);
-        if is_all || is_other_place || scene.seed != self.scene.seed {
+        let is_other_room = (plan.has_shadow() || old.has_shadow())
+            && (&plan.meshes, &plan.volume, &plan.paint, &plan.emitters)
+                != (&old.meshes, &old.volume, &old.paint, &old.emitters);
+        if is_all || is_other_place || is_other_room || scene.seed != self.scene.seed {
             return self.begin_again(gpu, scene, plan, old);
         }
         // Everything is made before anything is replaced.
@@ -132,11 +137,18 @@ impl World {
             || water_m(scene) != water_m(&self.scene);
         let mut left = Left::default();
         if is_other_set {
-            let mut emitters = super::emitters_of(gpu, &mut self.stage, scene, plan)?;
+            let mut emitters =
+                super::emitters_of(gpu, &mut self.stage, scene, plan, super::around(&self.room))?;
             emitters.go_on_from(&self.emitters)?;
             left.emitters = Some(std::mem::replace(&mut self.emitters, emitters));
         } else {
-            let changed = self.emitters.changed(gpu, &self.stage, &plan.emitters, &old.emitters)?;
+            let changed = self.emitters.changed(
+                gpu,
+                &self.stage,
+                super::around(&self.room),
+                &plan.emitters,
+                &old.emitters,
+            )?;
             left.sources = self.emitters.replace(changed)?;
         }
         left.lakes = replace(&mut self.lakes, lakes);
@@ -145,10 +157,10 @@ impl World {
         Ok(left)
     }
 
-    /// All made anew, with the states that fit.
+    /// All made anew, with the states that fit; a scene of meshes, whose particles and paint go by them, from the start.
     fn begin_again(&mut self, gpu: &Gpu, scene: &Scene, plan: &Plan, old: &Plan) -> Result<Left, RunError> {
         let mut new = Self::of_size(gpu, scene, plan, self.stage.size())?;
-        if scene.seed == self.scene.seed {
+        if scene.seed == self.scene.seed && new.room.is_none() {
             for (i, lake) in new.lakes.iter_mut().enumerate() {
                 let was = self.scene.water.get(i).filter(|was| goes_on(was, &scene.water[i]));
                 if was.is_some() && plan.terrain == old.terrain {
@@ -163,8 +175,8 @@ impl World {
             new.emitters.go_on_from(&self.emitters)?;
             new.time_s = self.time_s;
         }
-        let Self { stage, lakes, emitters, gases, .. } = std::mem::replace(self, new);
-        Ok(Left { stage: Some(stage), lakes, emitters: Some(emitters), sources: Vec::new(), gases })
+        let Self { stage, lakes, emitters, gases, room, .. } = std::mem::replace(self, new);
+        Ok(Left { stage: Some(stage), lakes, emitters: Some(emitters), sources: Vec::new(), gases, room })
     }
 
     fn adopt(&mut self, scene: &Scene, plan: &Plan) {

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 mod basin;
+mod brush;
 pub mod checkpoint;
 pub mod clip;
 mod effects;
@@ -11,6 +12,7 @@ mod gas;
 mod lake;
 mod live;
 pub mod picture;
+mod room;
 pub mod stats;
 pub mod swarm;
 
@@ -19,19 +21,21 @@ pub use live::{Counters, Left, Ray, Touched};
 
 use crate::{
     ballistic::GroundGrid,
-    draw::{Camera, Layers, Stage, View},
+    draw::{shadow::Shadow, Camera, Layers, Stage, View},
     gpu::{self, Gpu, Recorder, Submitter},
+    mesh::MeshesError,
     particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
 };
 use checkpoint::{scene_hash, Checkpoint, CheckpointError};
 use clip::{Clip, ClipOptions};
-use effects::Emitters;
+use effects::{Around, Emitters};
 use gas::Gas;
 use glam::{UVec2, Vec3};
 use lake::Lake;
 use picture::{contact_sheet, Picture};
+use room::Room;
 use stats::Stats;
 use std::{
     fs,
@@ -80,6 +84,12 @@ pub enum RunError {
     /// The same of a pool of particles.
     #[error(transparent)]
     Particles(#[from] particles::Error),
+    /// A mesh that cannot be used.
+    #[error(transparent)]
+    Meshes(#[from] MeshesError),
+    /// Paint that cannot be used.
+    #[error(transparent)]
+    Paint(#[from] crate::paint::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -102,6 +112,7 @@ pub struct World {
     lakes: Vec<Lake>,
     emitters: Emitters,
     gases: Vec<Gas>,
+    room: Option<(Room, Shadow)>,
     lamp: Option<(Vec3, Vec3)>,
     scene: Scene,
     time_s: f64,
@@ -124,18 +135,27 @@ impl World {
         let mut stage = Stage::new(gpu, size, has_terrain.then(|| plan.terrain.clone()))?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
+            false if plan.has_shadow() => [0.016, 0.018, 0.023, 1.0],
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
             false => [0.0, 0.0, 0.0, 1.0],
+        };
+        let room = match plan.has_shadow() {
+            true => {
+                let shadow = Shadow::new(gpu, scene::SHADOW_SIDE)?;
+                let how = (scene.output.view, 1.0 / scene.output.fps);
+                Some((Room::new(gpu, &stage, &shadow, plan, how)?, shadow))
+            }
+            false => None,
         };
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
             .collect::<Result<_, _>>()?;
-        let emitters = emitters_of(gpu, &mut stage, scene, plan)?;
+        let emitters = emitters_of(gpu, &mut stage, scene, plan, around(&room))?;
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
         let lamp = lamp_of(plan);
-        Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
+        Ok(Self { stage, lakes, emitters, gases, room, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
     /// Lets `frame_s` pass, and draws a picture of what there is then.
@@ -171,6 +191,9 @@ impl World {
     /// Lets `frame_s` pass: [`World::record`] then records the steps that are due.
     pub fn advance(&mut self, frame_s: f64) {
         self.time_s += frame_s;
+        if let Some((room, _)) = &mut self.room {
+            room.advance(frame_s);
+        }
         self.gases.iter_mut().for_each(|gas| gas.advance(frame_s));
         self.lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
         self.emitters.advance(frame_s, self.time_s);
@@ -184,7 +207,7 @@ impl World {
     /// If there is no room for what falls into water.
     pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, RunError> {
         let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
-        let gases = &mut self.gases;
+        let (gases, room) = (&mut self.gases, &mut self.room);
         let mut done: Result<bool, water::Error> = Ok(true);
         for lake in lakes.iter_mut() {
             done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
@@ -201,18 +224,34 @@ impl World {
         if !done? {
             return Ok(false);
         }
+        if let Some((room, _)) = room {
+            room.record(rec, emitters)?;
+        }
         emitters.record(rec);
+        if let Some((room, shadow)) = room {
+            shadow.record(rec, |rec| {
+                room.draw_shadow(rec);
+                emitters.draw_shadow(rec);
+            });
+        }
         gases.iter().for_each(|gas| gas.before_drawing(rec));
+        let is_flat = room.as_ref().is_some_and(|(room, _)| room.is_flat());
         let mut opaque = |rec: &mut Recorder<'_>| {
             lakes.iter().for_each(|lake| lake.draw(rec));
             gases.iter().for_each(|gas| gas.draw(rec));
+            if let Some((room, _)) = room {
+                room.draw(rec);
+            }
+            if !is_flat {
+                emitters.draw_balls(rec);
+            }
         };
         let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
         let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
         let layers = Layers {
             opaque: &mut opaque,
-            sprites: if emitters.draws() { Some(&mut draw) } else { None },
-            splats: if emitters.splats() { Some(&mut splat) } else { None },
+            sprites: if emitters.draws() && !is_flat { Some(&mut draw) } else { None },
+            splats: if emitters.splats() && !is_flat { Some(&mut splat) } else { None },
         };
         stage.record_picture(rec, layers);
         Ok(true)
@@ -257,6 +296,9 @@ impl World {
             view.lamp = (light * flicker as f32).extend(0.0);
         }
         self.stage.set_view(&view);
+        if let Some((room, shadow)) = &self.room {
+            shadow.set_view(&room.shadow_view(sun, shadow.side()));
+        }
     }
 
     /// Hash of every water's state, and of every pool's.
@@ -270,6 +312,9 @@ impl World {
         for gas in &self.gases {
             hashes.push(gas.hash(gpu)?);
         }
+        if let Some((room, _)) = &self.room {
+            hashes.extend(room.hash(gpu)?);
+        }
         Ok(hashes)
     }
 
@@ -282,6 +327,9 @@ impl World {
         states.extend(self.emitters.states()?);
         for gas in &self.gases {
             states.push(gas.state(gpu)?);
+        }
+        if let Some((room, _)) = &self.room {
+            states.extend(room.state(gpu)?);
         }
         Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
     }
@@ -298,6 +346,8 @@ impl World {
             }
         }
         let others = &from.states[self.lakes.len().min(from.states.len())..];
+        let (others, paint) =
+            others.split_at(others.len().saturating_sub(usize::from(self.scene.paint.is_some())));
         let (pools, boxes) = others.split_at(others.len().saturating_sub(self.gases.len()));
         for (gas, state) in self.gases.iter_mut().zip(boxes) {
             if !gas.restore(gpu, state, from.picture, frame_s)? {
@@ -306,6 +356,11 @@ impl World {
         }
         if !self.emitters.restore(pools, from.picture, frame_s)? {
             return Ok(false);
+        }
+        if let Some((room, _)) = &mut self.room {
+            if !room.restore(gpu, paint.first(), from.picture, frame_s)? {
+                return Ok(false);
+            }
         }
         self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
         Ok(true)
@@ -319,9 +374,14 @@ impl World {
 
 fn look_of(scene: &Scene) -> Look {
     match scene.output.view {
-        scene::View::Shaded => Look::Shaded,
         scene::View::Wireframe => Look::Wireframe,
+        _ => Look::Shaded,
     }
+}
+
+/// What emitters need of a room.
+fn around(room: &Option<(Room, Shadow)>) -> Around<'_> {
+    room.as_ref().map_or((None, None), |(room, shadow)| (Some(shadow), room.volume()))
 }
 
 /// Where the light of the first emitter that gives some comes from, and its colour.
@@ -329,7 +389,13 @@ fn lamp_of(plan: &Plan) -> Option<(Vec3, Vec3)> {
     plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)))
 }
 
-fn emitters_of(gpu: &Gpu, stage: &mut Stage, scene: &Scene, plan: &Plan) -> Result<Emitters, RunError> {
+fn emitters_of(
+    gpu: &Gpu,
+    stage: &mut Stage,
+    scene: &Scene,
+    plan: &Plan,
+    around: Around<'_>,
+) -> Result<Emitters, RunError> {
     if plan.emitters.is_empty() {
         return Ok(Emitters::none());
     }
@@ -339,7 +405,7 @@ fn emitters_of(gpu: &Gpu, stage: &mut Stage, scene: &Scene, plan: &Plan) -> Resu
     };
     let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
     let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), scene.seed)
+    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), around, scene.seed)
 }
 
 /// Runs `scene`, of which `plan` is, and writes what `options` ask for. `progress` is called with the number of each finished picture.
@@ -376,6 +442,7 @@ pub fn run(
         waters: Vec::new(),
         emitters: Vec::new(),
         disks: Vec::new(),
+        volume: None,
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
@@ -427,6 +494,9 @@ pub fn run(
     }
     stats.emitters = world.emitters.stats()?;
     stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
+    if let Some((room, _)) = &world.room {
+        stats.volume = room.stats(gpu)?;
+    }
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
     stats.wall_s = start.elapsed().as_secs_f64();
     let path = options.out.join("stats.json");

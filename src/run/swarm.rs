@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, effects::Drawn, live::Counters, stats::EmitterStats, RunError};
+use super::{checkpoint::fnv, effects::Drawn, live::Counters, room::Volume, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
+        shadow::Shadow,
         sprites::{Splats, Sprites},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Residence},
-    particles::{Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step},
-    scene::{Attractor, EmitterPlan, LawPlan, MOST_CENTRES},
+    particles::{
+        balls::{BallParams, BallsDraw},
+        colliding::Colliding,
+        Law, Options, Particle, Particles, Pool, PoolInfo, PoolState, Snapshot, Step,
+    },
+    random::{bits, direction_of, units},
+    scene::{Attractor, CollidingScene, Draw, EmitterPlan, LawPlan, LawScene, PlannedThrows, MOST_CENTRES},
 };
 use glam::{Vec3, Vec4};
 use std::ffi::CStr;
@@ -42,6 +48,7 @@ pub(super) struct Swarm {
     clock: FixedStep,
     /// Steps that are recorded.
     taken: u64,
+    collides: bool,
     glow: Glow,
     glows: Buffer,
     centres: Vec<Attractor>,
@@ -55,12 +62,21 @@ pub(super) struct Swarm {
 fn drawn(
     gpu: &Gpu,
     stage: &Stage,
-    splats: Option<&Splats>,
-    plan: &EmitterPlan,
+    (splats, shadow): (Option<&Splats>, Option<&Shadow>),
+    (plan, look): (&EmitterPlan, &LawScene),
     pool: &Pool,
     glows: &Buffer,
 ) -> Result<Vec<(Buffer, Drawn)>, RunError> {
     let drawn = pool.both().map(|particles| {
+        if plan.draw == Draw::Balls {
+            let shadow = shadow.expect("a scene of balls has shadows");
+            let params = BallParams {
+                color: Vec3::from(look.color).extend(look.half_m),
+                far_color: Vec3::from(look.far_color).extend(look.mirrors),
+            };
+            let balls = BallsDraw::new(gpu, stage, shadow, (pool.state(), particles), params)?;
+            return Ok((particles.clone(), Drawn::Balls(balls)));
+        }
         let resources =
             [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", glows.into())];
         let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
@@ -77,25 +93,56 @@ fn name_of(law: &LawPlan) -> &'static CStr {
     }
 }
 
+/// Those who are there from the start, in a ball round the emitter, all places in it alike.
+fn population(colliding: &CollidingScene, law: &LawPlan, seed: u32) -> Vec<Particle> {
+    let of = |i: u32| {
+        let (place, other) = (units(bits(seed, 1, i, 0)), units(bits(seed, 1, i, 1)));
+        let far_m = colliding.spread_m * place[2].cbrt();
+        Particle {
+            at_m: law.emitter.at_m + far_m * direction_of([place[0], place[1]]),
+            velocity_mps: law.emitter.velocity_mps
+                + law.emitter.speed_mps * direction_of([other[0], other[1]]),
+            // Told apart by their births, which are all before the start.
+            born: 0u32.wrapping_sub(i % 65_536),
+        }
+    };
+    (0..colliding.population).map(of).collect()
+}
+
 impl Swarm {
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
-        splats: Option<&Splats>,
+        (splats, shadow, volume): (Option<&Splats>, Option<&Shadow>, Option<&Volume>),
         plan: &EmitterPlan,
         law: &LawPlan,
         seed: u32,
     ) -> Result<Self, RunError> {
-        let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants: &law.constants };
-        let kernels = Particles::new(gpu, &kernel, Options::for_device(gpu))?;
-        let pool = kernels.pool(&PoolInfo {
+        let info = PoolInfo {
             capacity: plan.capacity,
             life_s: law.life_s,
             seed,
             start: 0,
             emitters: &[law.emitter],
             law: &law.numbers,
-        })?;
+        };
+        let pool = match (&law.look.colliding, volume) {
+            (Some(colliding), Some(volume)) => {
+                let kernel = Colliding::law(colliding.variant);
+                let kernels = Particles::new(gpu, &kernel, Colliding::options(gpu))?;
+                let mut pool = kernels.pool_with(&info, &volume.resources())?;
+                if colliding.population > 0 {
+                    pool.upload(&population(colliding, law, seed))?;
+                }
+                pool
+            }
+            _ => {
+                let constants = &law.constants;
+                let kernel =
+                    Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
+                Particles::new(gpu, &kernel, Options::for_device(gpu))?.pool(&info)?
+            }
+        };
         let look = &law.look;
         let alpha = look.alpha;
         let premultiplied = |rgb: [f32; 3]| {
@@ -112,11 +159,12 @@ impl Swarm {
             centre_m: [Vec4::ZERO; MOST_CENTRES],
         };
         let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
-        let drawn = drawn(gpu, stage, splats, plan, &pool, &glows)?;
+        let drawn = drawn(gpu, stage, (splats, shadow), (plan, look), &pool, &glows)?;
         let mut made = Self {
             name: plan.name.clone(),
             clock: FixedStep::new(law.dt_s, u32::MAX),
             taken: 0,
+            collides: look.colliding.is_some(),
             glow,
             glows,
             centres: law.centres.clone(),
@@ -133,10 +181,11 @@ impl Swarm {
         &mut self,
         gpu: &Gpu,
         stage: &Stage,
-        splats: Option<&Splats>,
+        drawing: (Option<&Splats>, Option<&Shadow>),
         plan: &EmitterPlan,
     ) -> Result<(), RunError> {
-        self.drawn = drawn(gpu, stage, splats, plan, &self.pool, &self.glows)?;
+        let PlannedThrows::Law(law) = &plan.throws else { return Ok(()) };
+        self.drawn = drawn(gpu, stage, drawing, (plan, &law.look), &self.pool, &self.glows)?;
         Ok(())
     }
 
@@ -179,18 +228,28 @@ impl Swarm {
 
     /// Records the steps that are due.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        while self.taken < self.clock.steps() {
+            self.record_step(rec);
+        }
+    }
+
+    /// Records one step.
+    pub fn record_step(&mut self, rec: &mut Recorder<'_>) {
         if let Some(at_m) = self.moved_to.take() {
             rec.barrier(Particles::EXIT, Access::FillWrite);
             rec.update(self.pool.emitters(), &at_m); // what `EmitterWords` begins with
             rec.barrier(Access::FillWrite, Particles::ENTRY);
         }
-        for index in self.taken..self.clock.steps() {
-            rec.barrier(Particles::EXIT, Particles::ENTRY);
-            // The arguments of the last step are read before this one writes them.
-            rec.barrier(Access::IndirectRead, Access::ComputeWrite);
-            self.pool.record(rec, &Step::nth(index, self.clock.dt_s()));
-        }
-        self.taken = self.clock.steps();
+        rec.barrier(Particles::EXIT, Particles::ENTRY);
+        // The arguments of the last step are read before this one writes them.
+        rec.barrier(Access::IndirectRead, Access::ComputeWrite);
+        self.pool.record(rec, &Step::nth(self.taken, self.clock.dt_s()));
+        self.taken += 1;
+    }
+
+    /// Whether it meets meshes: it steps when they do.
+    pub fn collides(&self) -> bool {
+        self.collides
     }
 
     fn drawn(&self) -> &Drawn {
@@ -213,6 +272,14 @@ impl Swarm {
     pub fn splat(&self, rec: &mut Recorder<'_>) {
         if let Drawn::Splat(sprites) = self.drawn() {
             sprites.record(rec, self.pool.capacity(), &());
+        }
+    }
+
+    /// If it is drawn as such.
+    pub fn balls(&self) -> Option<&BallsDraw> {
+        match self.drawn() {
+            Drawn::Balls(balls) => Some(balls),
+            _ => None,
         }
     }
 

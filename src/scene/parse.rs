@@ -288,6 +288,39 @@ impl<'r> Table<'r> {
         None
     }
 
+    /// An array of texts that `rule` allows, if the key is there.
+    pub(super) fn texts(
+        &mut self,
+        key: &'static str,
+        allowed: &str,
+        rule: impl Fn(&str) -> bool,
+    ) -> Option<Vec<String>> {
+        let node = self.get(key)?;
+        let Value::Array(items) = &node.value else {
+            self.refuse(node, key, ProblemKind::WrongType, format_args!("a list of {allowed}"));
+            return Some(Vec::new());
+        };
+        let mut texts = Vec::new();
+        for (i, item) in items.iter().enumerate() {
+            match &item.value {
+                Value::Text(text) if rule(text) => texts.push(text.clone()),
+                Value::Text(_) => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::OutOfRange,
+                    format_args!("{allowed}"),
+                ),
+                _ => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::WrongType,
+                    format_args!("{allowed}"),
+                ),
+            }
+        }
+        Some(texts)
+    }
+
     /// One of `choices`, if the key is there.
     pub(super) fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Option<T> {
         self.list_as(key, Takes::OneOf(choices.iter().map(|(name, _)| (*name).to_owned()).collect()));
