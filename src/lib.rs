@@ -13,6 +13,7 @@
 //! - [`disks`]: disks and spheres that collide, sorted into cells.
 //! - `scene`: scene files, checked and explained (feature `tools`).
 //! - `run`: the headless runner: clock, pictures, clip, statistics (feature `tools`).
+//! - `view`: a scene in a window (feature `viewer`).
 //! - `study`: hard cases, throughput, speed against error (feature `tools`).
 #![warn(missing_docs)]
 
@@ -32,6 +33,8 @@ pub mod run;
 pub mod scene;
 #[cfg(feature = "tools")]
 pub mod study;
+#[cfg(feature = "viewer")]
+pub mod view;
 pub mod water;
 
 /// SPIR-V of every file under `glsl/`, compiled when the crate is built.

@@ -4,7 +4,7 @@
 #include "ballistic/flight.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const uint items = 1u;  // particles an invocation
+layout(constant_id = 1) const uint items = 2u;  // particles an invocation
 layout(constant_id = 2) const uint group = 256u;  // invocations of a workgroup: constant 0 once more
 
 // Position (m); from the low byte: red, green, blue (linear, premultiplied, up to 1), and age in 255ths of its life.

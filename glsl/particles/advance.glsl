@@ -40,8 +40,7 @@ shared uint base;                // where the first goes
 const uint PARTS = 32u;
 shared uint counted[group];  // living particles of tiles before this one, in parts
 shared uint parts[PARTS];
-const uint ABREAST = 2u;  // words that are gathered between two barriers
-shared uint staged[2u * ABREAST * tile];
+shared uint staged[2u * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
 
 // Below 2^127: neither infinite nor no number, and nowhere near NOWHERE_M.
@@ -58,14 +57,14 @@ void rank_tile() {
     barrier();
     for (uint part = gl_LocalInvocationIndex; part < PARTS; part += group) {
         uint sum = 0u;
-        [[unroll]] for (uint k = 0u; k < group; k += PARTS) {
-            if (k + part < group) sum += counted[k + part];
-        }
+        for (uint k = part; k < group; k += PARTS) sum += counted[k];
         parts[part] = sum;
     }
     for (uint w = gl_LocalInvocationIndex; w < marks; w += group) {
         uint before = 0u;
-        [[unroll]] for (uint k = 0u; k < marks; ++k) before += k < w ? bitCount(gone[k]) : 0u;
+        for (uint k = 0u; k < marks; ++k) {
+            if (k < w) before += bitCount(gone[k]);
+        }
         gone_before[w] = before;
         if (w == marks - 1u) written = tile - before - bitCount(gone[w]);
     }
@@ -89,7 +88,13 @@ void main() {
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
     if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
 
-    // Read all first: loads are under way together, those of the counts among them.
+    uint own = 0u, block = t / BLOCK;
+    if (compaction == COMPACT_STABLE) {
+        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile);
+        for (uint k = block * BLOCK + lane; k < end; k += group) own += places[counts + k];
+    }
+
+    // Read all first: loads are under way together.
     Particle it[items];
     uint slot[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -102,40 +107,30 @@ void main() {
         if (v < sources) it[k] = load_record(slot[k], start);
         else it[k] = Particle(vec3(0.0), vec3(0.0), start - p.life_ticks);
     }
-    // Stable: survivors before the block, those of its tiles before this one (in parts), and the births among them.
-    uint own = 0u, to = 0u, block = t / BLOCK;
-    if (compaction == COMPACT_STABLE) {
-        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile) + block * BLOCK;
-        [[unroll]] for (uint k = 0u; k < BLOCK; k += group) {
-            uint before = k + lane;
-            if (before < BLOCK && block * BLOCK + before < end) own += places[counts + before];
-        }
-        to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
-    }
     bool lives[items];
     float dt_s[items];
     uint free_first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;  // before this step
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         uint v = t * tile + k * group + lane;
         dt_s[k] = p.dt_s;
-        bool is_born = v >= sources && v < all;
-        uint j = pool.taken + (v - sources);
-        lives[k] = v < sources && is_alive(it[k].born, start, p.life_ticks);
-        if (compaction == COMPACT_IN_PLACE && v < sources && it[k].at_m.x == NOWHERE_M) {
-            // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
-            uint place = floatBitsToUint(it[k].at_m.y);
-            j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
-            is_born = j < pool.taken;
-            lives[k] = false;
-        }
-        if (is_born) {
-            it[k] = born_at(j, dt_s[k]);
-            lives[k] = true;
+        if (v < sources) {
+            lives[k] = is_alive(it[k].born, start, p.life_ticks);
+            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
+                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+                uint place = floatBitsToUint(it[k].at_m.y);
+                uint j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
+                lives[k] = j < pool.taken;
+                if (lives[k]) it[k] = born_at(j, dt_s[k]);
+            }
+        } else {
+            lives[k] = v < all;
+            if (lives[k]) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
         }
     }
 
     // Stable: the place of each is known before it is moved.
     uint rank[items];
+    uint to = 0u;
     if (compaction == COMPACT_STABLE) {
         barrier();
         [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -144,7 +139,9 @@ void main() {
         }
         counted[lane] = own;
         rank_tile();
-        [[unroll]] for (uint k = 0u; k < PARTS; ++k) to += parts[k];
+        // Survivors before the block, those of its tiles before this one, and the births among them.
+        to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
+        for (uint k = 0u; k < PARTS; ++k) to += parts[k];
         [[unroll]] for (uint k = 0u; k < items; ++k) rank[k] = rank_of(k * group + lane);
     } else {
         barrier();
@@ -203,22 +200,16 @@ void main() {
     if (is_ranked && gathers) {
         // Writing starts where a line of 32 words does; a line is no longer than the workgroup is wide.
         uint many = written, ahead = to & 31u;
-        [[unroll]] for (uint first = 0u; first < 7u; first += ABREAST) {
-            if (!has_word(first)) break;
-            uint from = (first / ABREAST & 1u) * ABREAST * tile;  // the other buffer may still be read
+        [[unroll]] for (uint w = 0u; w < 7u; ++w) {
+            if (!has_word(w)) break;
+            uint from = (w & 1u) * tile;
             [[unroll]] for (uint k = 0u; k < items; ++k) {
-                [[unroll]] for (uint w = first; w < min(first + ABREAST, 7u); ++w) {
-                    if (has_word(w) && rank[k] < tile) staged[from + (w - first) * tile + rank[k]] = word_of(it[k], w);
-                }
+                if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
             }
             barrier();
-            [[unroll]] for (uint w = first; w < min(first + ABREAST, 7u); ++w) {
-                [[unroll]] for (uint k = 0u; k <= items; ++k) {
-                    uint j = k * group + lane;
-                    if (has_word(w) && j >= ahead && j < many + ahead) {
-                        new_particles[place_of(w, to - ahead + j)] = staged[from + (w - first) * tile + j - ahead];
-                    }
-                }
+            [[unroll]] for (uint k = 0u; k <= items; ++k) {
+                uint j = k * group + lane;
+                if (j >= ahead && j < many + ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
             }
         }
     } else {

@@ -52,6 +52,33 @@ fn seed(text: &str) -> Result<u64, String> {
 impl SceneArgs {
     /// The scene with everything that the arguments change.
     pub fn load(&self) -> Result<Scene, Failure> {
+        Ok(self.read(&self.changes()?)?)
+    }
+
+    /// Number of pictures, if it is given.
+    #[cfg(feature = "viewer")]
+    pub fn frames(&self) -> Option<u32> {
+        self.frames
+    }
+
+    /// Text, name and file of the scene.
+    #[cfg(feature = "viewer")]
+    pub fn source(&self) -> Result<whitecap::view::Source, Failure> {
+        let changes = self.changes()?;
+        self.read(&changes)?; // what is wrong is said as every command says it
+        let (name, file) = match self.place()? {
+            Place::Builtin(name) => (name, None),
+            Place::File(path) => (path.display().to_string(), Some(path)),
+        };
+        let text = match &file {
+            None => builtin::toml(&name).unwrap_or_default().to_owned(),
+            Some(path) => std::fs::read_to_string(path)
+                .map_err(|source| SceneError::Read { path: path.display().to_string(), source })?,
+        };
+        Ok(whitecap::view::Source { text, name, file, changes })
+    }
+
+    fn changes(&self) -> Result<Vec<Override>, Failure> {
         let mut changes = self.set.clone();
         let mut add = |text: String| -> Result<(), SceneError> {
             changes.push(text.parse()?);
@@ -70,23 +97,34 @@ impl SceneArgs {
             let waters = self.read(&self.set)?.water.len();
             (0..waters).try_for_each(|i| add(format!("water.{i}.dt_s={dt:?}")))?;
         }
-        Ok(self.read(&changes)?)
+        Ok(changes)
     }
 
     fn read(&self, changes: &[Override]) -> Result<Scene, SceneError> {
-        let default = builtin::list().next().map_or("", |(name, _)| name);
-        let name = self.scene.clone().unwrap_or_else(|| default.into());
-        match name
-            .to_str()
-            .filter(|name| builtin::toml(name).is_some() && !std::path::Path::new(name).exists())
-        {
-            Some(name) => builtin::load(name, changes),
-            None if name.extension().is_none() && !name.exists() => {
-                Err(SceneError::NoBuiltin { name: name.display().to_string() })
-            }
-            None => Scene::load(&name, changes),
+        match self.place()? {
+            Place::Builtin(name) => builtin::load(&name, changes),
+            Place::File(path) => Scene::load(&path, changes),
         }
     }
+
+    fn place(&self) -> Result<Place, SceneError> {
+        let default = builtin::list().next().map_or("", |(name, _)| name);
+        let path = self.scene.clone().unwrap_or_else(|| default.into());
+        let name = path.to_str().filter(|name| builtin::toml(name).is_some() && !path.exists());
+        match name.map(str::to_owned) {
+            Some(name) => Ok(Place::Builtin(name)),
+            None if path.extension().is_none() && !path.exists() => {
+                Err(SceneError::NoBuiltin { name: path.display().to_string() })
+            }
+            None => Ok(Place::File(path)),
+        }
+    }
+}
+
+/// Where a scene is.
+enum Place {
+    Builtin(String),
+    File(PathBuf),
 }
 
 /// A row for each variant: what is expected of it, what it costs a column and simulated second on an H100, and why it is

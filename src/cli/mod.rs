@@ -8,6 +8,7 @@ mod hardcases;
 mod run;
 mod scenes;
 mod study_command;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -29,13 +30,15 @@ struct Cli {
 }
 
 const EXIT_CODES: &str =
-    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device or layer, or a full disk, 4 device lost, 5 out of \
+    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device, layer or display, or a full disk, 4 device lost, 5 out of \
                           memory.";
 
 #[derive(Subcommand)]
 enum Command {
     /// Simulate and render a scene without a window: pictures, contact sheet, clip, stats.json
     Run(run::RunArgs),
+    /// Show a scene in a window: camera, live numbers, times of passes (feature `viewer`)
+    View(view::ViewArgs),
     /// Explain a scene without running it: models, passes, buffers and bytes, and why
     Check(check::CheckArgs),
     /// List the built-in scenes, or print one to start from
@@ -63,20 +66,28 @@ struct DeviceArgs {
 
 impl DeviceArgs {
     fn open(&self) -> Result<Gpu, Failure> {
+        Ok(Gpu::headless(&self.options())?)
+    }
+
+    fn options(&self) -> GpuOptions {
         let cache = cache_dir().map(|dir| dir.join("whitecap"));
-        Ok(Gpu::headless(&GpuOptions { device: self.device.clone(), validate: self.validate, cache })?)
+        GpuOptions { device: self.device.clone(), validate: self.validate, cache }
     }
 
     /// What validation said, as a failure.
     fn verdict(&self, gpu: &Gpu) -> Result<(), Failure> {
-        let messages = gpu.messages();
-        let messages = messages.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if messages.is_empty() {
-            return Ok(());
-        }
-        let list = messages.join("\n");
-        Err(Failure { code: 1, text: format!("{} validation messages:\n{list}", messages.len()) })
+        verdict(&gpu.messages())
     }
+}
+
+/// What validation said, as a failure.
+fn verdict(messages: &gpu::Messages) -> Result<(), Failure> {
+    let messages = messages.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if messages.is_empty() {
+        return Ok(());
+    }
+    let list = messages.join("\n");
+    Err(Failure { code: 1, text: format!("{} validation messages:\n{list}", messages.len()) })
 }
 
 /// Folder of the user's caches.
@@ -113,6 +124,7 @@ impl From<gpu::Error> for Failure {
             gpu::Error::Loader(_)
             | gpu::Error::NoDevice { .. }
             | gpu::Error::NoGraphics { .. }
+            | gpu::Error::NoDisplay { .. }
             | gpu::Error::NoValidation => 3,
             _ => 1,
         };
@@ -180,10 +192,23 @@ impl From<RunError> for Failure {
     }
 }
 
+#[cfg(feature = "viewer")]
+impl From<whitecap::view::ViewError> for Failure {
+    fn from(error: whitecap::view::ViewError) -> Self {
+        use whitecap::view::ViewError;
+        match error {
+            ViewError::Run(error) => error.into(),
+            ViewError::Script(_) => Self::input(error),
+            ViewError::Window(_) | ViewError::Panel(_) => Self { code: 3, text: error.to_string() },
+        }
+    }
+}
+
 /// Runs the command that the arguments ask for.
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Scenes(args) => scenes::run(&args),
         Command::Devices(args) => devices::run(&args),

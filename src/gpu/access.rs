@@ -29,8 +29,8 @@ pub enum Access {
     CopyRead,
     /// Destination of a copy.
     CopyWrite,
-    /// `vkCmdFillBuffer`: a CLEAR, not a COPY, in synchronization2 terms. Older validation layers take it for a COPY, so
-    /// the barrier names both.
+    /// `vkCmdFillBuffer` and `vkCmdUpdateBuffer`: a CLEAR, not a COPY, in synchronization2 terms. Older validation layers
+    /// take it for a COPY, so the barrier names both.
     FillWrite,
     /// The host reads mapped memory.
     HostRead,

@@ -56,6 +56,8 @@ pub(super) struct Inner {
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
+    #[cfg(feature = "viewer")]
+    pub shaders: super::reload::Shaders,
     pub device: Device,
     instance: Option<Instance>, // `None` if it is the caller's
     messages: Arc<Messages>,
@@ -97,9 +99,18 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] says, device by device, what was missing.
     pub fn headless(options: &GpuOptions) -> Result<Self> {
-        let instance = Instance::new(options.validate)?;
+        let instance = Instance::new(options.validate, &[])?;
         let adapter = Adapter::choose(Adapter::all(&instance.raw)?, options.device.as_deref())?;
+        Self::open(options, instance, adapter, &[])
+    }
 
+    /// `more` are extensions of the device.
+    pub(super) fn open(
+        options: &GpuOptions,
+        instance: Instance,
+        adapter: Adapter,
+        more: &[&CStr],
+    ) -> Result<Self> {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
@@ -108,8 +119,8 @@ impl Gpu {
             (adapter.is_portability_subset, khr::portability_subset::NAME),
             (has_stream, ext::transform_feedback::NAME),
         ];
-        let extensions: Vec<_> =
-            wanted.iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, name)| name.as_ptr()).collect();
+        let wanted = wanted.iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, name)| name);
+        let extensions: Vec<_> = wanted.chain(more).map(|name| name.as_ptr()).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
@@ -204,6 +215,8 @@ impl Gpu {
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
+            #[cfg(feature = "viewer")]
+            shaders: Default::default(),
             device: parts.device,
             instance: parts.instance,
             messages: parts.messages,
@@ -224,7 +237,7 @@ impl Gpu {
     /// # Errors
     /// If there is no Vulkan at all.
     pub fn adapters() -> Result<Vec<Adapter>> {
-        Adapter::all(&Instance::new(false)?.raw)
+        Adapter::all(&Instance::new(false, &[])?.raw)
     }
 
     /// Name of the device.
@@ -307,6 +320,17 @@ impl Gpu {
     fn set_c_name(&self, debug: &ext::debug_utils::Device, handle: impl vk::Handle, name: &CStr) {
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(name);
         let _ = unsafe { debug.set_debug_utils_object_name(&info) }; // names are a courtesy, never an error
+    }
+
+    /// What a pipeline is built from where `spv` is asked for: without a window nothing replaces shaders.
+    #[cfg(not(feature = "viewer"))]
+    pub(super) fn current<'s>(&self, spv: &'s [u8]) -> std::borrow::Cow<'s, [u8]> {
+        spv.into()
+    }
+
+    #[cfg(feature = "viewer")]
+    pub(super) fn instance(&self) -> Option<&Instance> {
+        self.0.instance.as_ref()
     }
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, ga::Allocator> {

@@ -79,6 +79,12 @@ pub enum Error {
         /// The two sides.
         what: String,
     },
+    /// There is no window system to show pictures in.
+    #[error("no display: {reason}")]
+    NoDisplay {
+        /// What the window system said.
+        reason: String,
+    },
     /// The GPU did not finish in time.
     #[error("the GPU did not finish within {seconds} s")]
     Timeout {

@@ -19,6 +19,8 @@ pub enum ImageUse {
     Depth,
     /// Depth, one sample a pixel, that is copied to a buffer: drawn to, or resolved to.
     CopiedDepth,
+    /// A finished picture on its way to a window: bytes, copied to and from.
+    Canvas,
 }
 
 impl ImageUse {
@@ -27,6 +29,7 @@ impl ImageUse {
         match self {
             Self::Color | Self::SampledColor => vk::Format::R16G16B16A16_SFLOAT,
             Self::Depth | Self::CopiedDepth => vk::Format::D32_SFLOAT,
+            Self::Canvas => vk::Format::R8G8B8A8_UNORM,
         }
     }
 
@@ -37,12 +40,13 @@ impl ImageUse {
             Self::SampledColor => U::COLOR_ATTACHMENT,
             Self::Depth => U::DEPTH_STENCIL_ATTACHMENT,
             Self::CopiedDepth => U::DEPTH_STENCIL_ATTACHMENT | U::TRANSFER_SRC,
+            Self::Canvas => U::STORAGE | U::TRANSFER_SRC | U::TRANSFER_DST,
         }
     }
 
     fn aspect(self) -> vk::ImageAspectFlags {
         match self {
-            Self::Color | Self::SampledColor => vk::ImageAspectFlags::COLOR,
+            Self::Color | Self::SampledColor | Self::Canvas => vk::ImageAspectFlags::COLOR,
             Self::Depth | Self::CopiedDepth => vk::ImageAspectFlags::DEPTH,
         }
     }
@@ -181,6 +185,7 @@ impl Image {
         match self.0.purpose {
             ImageUse::Color | ImageUse::SampledColor => Access::ColorWrite,
             ImageUse::Depth | ImageUse::CopiedDepth => Access::DepthWrite,
+            ImageUse::Canvas => Access::CopyWrite,
         }
     }
 }

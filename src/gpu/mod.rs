@@ -20,9 +20,13 @@ mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
+#[cfg(feature = "viewer")]
+pub mod reload;
 mod stream;
 mod submit;
 mod timing;
+#[cfg(feature = "viewer")]
+pub mod window;
 
 pub use access::Access;
 pub use adapter::Adapter;

@@ -80,14 +80,16 @@ impl Raster {
             return Err(Error::NoGraphics { device: gpu.name().into(), name: name() });
         }
         let mismatch = |what| Error::Interface { kernel: name(), what };
-        let vertex = reflect(info.vertex, info.constants).map_err(mismatch)?;
-        let fragment = reflect(info.fragment, info.constants).map_err(mismatch)?;
+        let (vertex_spv, fragment_spv) = (gpu.current(info.vertex), gpu.current(info.fragment));
+        let geometry_spv = info.geometry.map(|spv| gpu.current(spv));
+        let vertex = reflect(&vertex_spv, info.constants).map_err(mismatch)?;
+        let fragment = reflect(&fragment_spv, info.constants).map_err(mismatch)?;
         let mut interface = vertex.merge(fragment).map_err(mismatch)?;
         let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
         let mut stages = vertex | fragment;
         let mut shaders =
-            vec![Shader { stage: vertex, spv: info.vertex }, Shader { stage: fragment, spv: info.fragment }];
-        if let Some(spv) = info.geometry {
+            vec![Shader { stage: vertex, spv: &vertex_spv }, Shader { stage: fragment, spv: &fragment_spv }];
+        if let Some(spv) = geometry_spv.as_deref() {
             if !gpu.has_geometry_shader() {
                 return Err(mismatch(format!("{} has no geometry shaders", gpu.name())));
             }

@@ -135,6 +135,19 @@ impl<'g> Recorder<'g> {
         unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
     }
 
+    /// All that was recorded before, in earlier submissions of the queue too, is finished and visible to all that comes.
+    pub fn after_all(&mut self) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let (write, read) = (vk::AccessFlags2::MEMORY_WRITE, vk::AccessFlags2::MEMORY_READ);
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(write)
+            .dst_stage_mask(all)
+            .dst_access_mask(write | read);
+        let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&barrier));
+        unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
     /// Runs a kernel over at least `threads` invocations; the kernel discards the surplus.
     ///
     /// # Panics
@@ -400,6 +413,19 @@ impl<'g> Recorder<'g> {
     pub fn fill(&mut self, buffer: &Buffer, word: u32) {
         self.keep(|| Kept::Buffer(buffer.clone()));
         unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
+    }
+
+    /// Writes `value` to the start of `buffer` when the GPU gets there, as [`Access::FillWrite`]: what was recorded before
+    /// still reads the old value, so that several pictures can be on their way.
+    ///
+    /// # Panics
+    /// If it does not fit, is larger than 64 KiB, or not of whole words.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, value: &T) {
+        let bytes = bytemuck::bytes_of(value);
+        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len() <= 65_536;
+        assert!(fits && bytes.len().is_multiple_of(4), "{} bytes to `{}`", bytes.len(), buffer.name());
+        self.keep(|| Kept::Buffer(buffer.clone()));
+        unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), 0, bytes) };
     }
 
     /// The one transition of an image: from UNDEFINED to GENERAL, before its first use.

@@ -10,7 +10,7 @@ use super::{
 use ash::vk;
 use std::{ffi::CStr, time::Instant};
 
-const TIMEOUT_S: u64 = 300;
+pub(super) const TIMEOUT_S: u64 = 300;
 
 /// Time of one span.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,20 +116,29 @@ impl Submitter {
         self.kept.clear();
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
 
-        let mut ticks = vec![[0u64; 2]; if fenced.is_empty() { names.len() } else { 0 }];
-        if !ticks.is_empty() {
-            let (flat, flags) =
-                (ticks.as_flattened_mut(), vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT);
-            unsafe { device.get_query_pool_results(self.queries, 0, flat, flags) }
-                .or_call("vkGetQueryPoolResults")?;
-        }
-        let tick_ms = f64::from(gpu.limits().timestamp_period) * 1e-6;
-        // Only so many bits count; they wrap.
-        let mask = u64::MAX >> (64 - gpu.0.adapter.timestamp_bits.clamp(1, 64));
-        let stamped = ticks.iter().map(|[begin, end]| (end.wrapping_sub(*begin) & mask) as f64 * tick_ms);
-        let spans = names.into_iter().zip(stamped.chain(fenced)).map(|(name, ms)| SpanTime { name, ms });
-        Ok(Times { spans: spans.collect(), wall_ms })
+        Ok(Times { spans: span_times(&gpu, self.queries, names, fenced)?, wall_ms })
     }
+}
+
+/// Times of finished spans: by the fence, or where there are none, from `queries`.
+pub(super) fn span_times(
+    gpu: &Gpu,
+    queries: vk::QueryPool,
+    names: Vec<&'static CStr>,
+    fenced: Vec<f64>,
+) -> Result<Vec<SpanTime>> {
+    let mut ticks = vec![[0u64; 2]; if fenced.is_empty() { names.len() } else { 0 }];
+    if !ticks.is_empty() {
+        let (flat, flags) =
+            (ticks.as_flattened_mut(), vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT);
+        unsafe { gpu.device().get_query_pool_results(queries, 0, flat, flags) }
+            .or_call("vkGetQueryPoolResults")?;
+    }
+    let tick_ms = f64::from(gpu.limits().timestamp_period) * 1e-6;
+    // Only so many bits count; they wrap.
+    let mask = u64::MAX >> (64 - gpu.0.adapter.timestamp_bits.clamp(1, 64));
+    let stamped = ticks.iter().map(|[begin, end]| (end.wrapping_sub(*begin) & mask) as f64 * tick_ms);
+    Ok(names.into_iter().zip(stamped.chain(fenced)).map(|(name, ms)| SpanTime { name, ms }).collect())
 }
 
 impl Drop for Submitter {
@@ -147,7 +156,7 @@ impl Drop for Submitter {
     }
 }
 
-fn begin(device: &ash::Device, cmd: vk::CommandBuffer) -> Result<()> {
+pub(super) fn begin(device: &ash::Device, cmd: vk::CommandBuffer) -> Result<()> {
     let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
     unsafe { device.begin_command_buffer(cmd, &info) }.or_call("vkBeginCommandBuffer")
 }
@@ -174,7 +183,7 @@ pub(super) trait Flush {
     fn times(&mut self) -> Result<Vec<f64>>;
 }
 
-struct Fenced<'g> {
+pub(super) struct Fenced<'g> {
     gpu: &'g Gpu,
     fence: vk::Fence,
     stamps: Vec<Instant>,
@@ -182,7 +191,7 @@ struct Fenced<'g> {
 }
 
 impl<'g> Fenced<'g> {
-    fn new(gpu: &'g Gpu, fence: vk::Fence) -> Self {
+    pub fn new(gpu: &'g Gpu, fence: vk::Fence) -> Self {
         Self { gpu, fence, stamps: Vec::new(), failed: None }
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
-use super::{stats::EmitterStats, swarm::Swarm, RunError};
+use super::{live::Counters, stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
@@ -11,6 +11,7 @@ use crate::{
     gpu::{Access, Buffer, Gpu, Recorder, Resource},
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
+use glam::Vec3;
 use std::ffi::CStr;
 
 /// The shaders of one emitter's sprites, bound.
@@ -68,9 +69,26 @@ impl Flow {
     }
 }
 
-enum Source {
+/// What one emitter is on the GPU.
+pub(super) enum Source {
     Flow(Box<Flow>),
     Swarm(Box<Swarm>),
+}
+
+impl Source {
+    fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        match (self, old) {
+            (Self::Swarm(new), Self::Swarm(old)) => new.go_on_from(old),
+            _ => Ok(()), // what is not stored has nothing to go on with
+        }
+    }
+
+    fn is_triangles(&self) -> bool {
+        match self {
+            Self::Flow(flow) => matches!(flow.drawn, Drawn::Triangles(_)),
+            Self::Swarm(swarm) => swarm.is_triangles(),
+        }
+    }
 }
 
 /// All emitters of a scene. Without any it holds nothing and records nothing.
@@ -78,12 +96,14 @@ pub(super) struct Emitters {
     sources: Vec<Source>,
     splats: Option<Splats>,
     draws: bool,
+    ground: Option<(Buffer, GroundGrid)>,
+    seed: u32,
 }
 
 impl Emitters {
     /// Of a scene without any.
     pub fn none() -> Self {
-        Self { sources: Vec::new(), splats: None, draws: false }
+        Self { sources: Vec::new(), splats: None, draws: false, ground: None, seed: 0 }
     }
 
     /// # Errors
@@ -100,41 +120,134 @@ impl Emitters {
         }
         let splats =
             plans.iter().any(|it| it.draw == Draw::Splat).then(|| Splats::new(gpu, stage)).transpose()?;
-        let seed = (seed ^ seed >> 32) as u32;
-        let mut sources = Vec::new();
+        let mut made = Self {
+            sources: Vec::new(),
+            splats,
+            draws: plans.iter().any(|it| it.draw != Draw::Splat),
+            ground: Some((ground.0.clone(), ground.1)),
+            seed: (seed ^ seed >> 32) as u32,
+        };
         for (plan, stream) in plans.iter().zip(0..) {
-            sources.push(match &plan.throws {
-                PlannedThrows::Effect(effect) => {
-                    let with_ground: &[_] = &[("Ground", ground.0.into())];
-                    let resources = if effect.has_ground { with_ground } else { &[] };
-                    let drawn = Drawn::new::<Params>(
-                        gpu,
-                        stage,
-                        splats.as_ref(),
-                        plan,
-                        c"ballistic.sprites",
-                        resources,
-                    )?;
-                    let grid = if effect.has_ground { ground.1 } else { GroundGrid::FLAT };
-                    let params = effect.params(Moment::default(), seed, stream, &grid, plan.capacity);
-                    Source::Flow(Box::new(Flow {
-                        name: plan.name.clone(),
-                        effect: effect.clone(),
-                        ground: grid,
-                        seed,
-                        stream,
-                        capacity: plan.capacity,
-                        drawn,
-                        params,
-                    }))
-                }
-                PlannedThrows::Law(law) => {
-                    let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Box::new(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?))
-                }
-            });
+            made.sources.push(made.source(gpu, stage, plan, stream)?);
         }
-        Ok(Self { sources, splats, draws: plans.iter().any(|it| it.draw != Draw::Splat) })
+        Ok(made)
+    }
+
+    fn source(&self, gpu: &Gpu, stage: &Stage, plan: &EmitterPlan, stream: u32) -> Result<Source, RunError> {
+        let seed = self.seed;
+        Ok(match &plan.throws {
+            PlannedThrows::Effect(effect) => {
+                let grid = self.ground.as_ref().map_or(GroundGrid::FLAT, |(_, grid)| *grid);
+                let grid = if effect.has_ground { grid } else { GroundGrid::FLAT };
+                Source::Flow(Box::new(Flow {
+                    name: plan.name.clone(),
+                    effect: effect.clone(),
+                    ground: grid,
+                    seed,
+                    stream,
+                    capacity: plan.capacity,
+                    drawn: self.flow_drawn(gpu, stage, plan, effect)?,
+                    params: effect.params(Moment::default(), seed, stream, &grid, plan.capacity),
+                }))
+            }
+            PlannedThrows::Law(law) => {
+                let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
+                Source::Swarm(Box::new(Swarm::new(gpu, stage, self.splats.as_ref(), plan, law, seed)?))
+            }
+        })
+    }
+
+    fn flow_drawn(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        plan: &EmitterPlan,
+        effect: &Effect,
+    ) -> Result<Drawn, RunError> {
+        let ground = self.ground.as_ref().map(|(height, _)| ("Ground", height.into()));
+        let resources: Vec<_> = ground.into_iter().filter(|_| effect.has_ground).collect();
+        Drawn::new::<Params>(gpu, stage, self.splats.as_ref(), plan, c"ballistic.sprites", &resources)
+    }
+
+    /// Draws to a stage whose targets are new, and copies depth where it did.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn redraw(&mut self, gpu: &Gpu, stage: &Stage, plans: &[EmitterPlan]) -> Result<(), RunError> {
+        if self.splats.is_some() {
+            self.splats = Some(Splats::new(gpu, stage)?);
+        }
+        for (i, plan) in plans.iter().enumerate().filter(|(_, plan)| plan.needs_depth()) {
+            let drawn = match &self.sources[i] {
+                Source::Flow(flow) => Some(self.flow_drawn(gpu, stage, plan, &flow.effect)?),
+                Source::Swarm(_) => None,
+            };
+            match (&mut self.sources[i], drawn) {
+                (Source::Flow(flow), Some(drawn)) => flow.drawn = drawn,
+                (Source::Swarm(swarm), _) => swarm.redraw(gpu, stage, self.splats.as_ref(), plan)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Sources for those of `plans` that differ from `old`, on the same stage and ground; the others are `None`.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn changed(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        plans: &[EmitterPlan],
+        old: &[EmitterPlan],
+    ) -> Result<Vec<Option<Source>>, RunError> {
+        let one = |(stream, plan): (u32, &EmitterPlan)| {
+            let is_same = old.get(stream as usize) == Some(plan);
+            if is_same {
+                Ok(None)
+            } else {
+                self.source(gpu, stage, plan, stream).map(Some)
+            }
+        };
+        (0..).zip(plans).map(one).collect()
+    }
+
+    /// Takes over what [`Emitters::changed`] gave, and gives back what it replaces.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn replace(&mut self, changed: Vec<Option<Source>>) -> Result<Vec<Source>, RunError> {
+        let mut left: Vec<Source> = self.sources.drain(changed.len().min(self.sources.len())..).collect();
+        for (i, new) in changed.into_iter().enumerate() {
+            let Some(mut new) = new else { continue };
+            match self.sources.get_mut(i) {
+                Some(old) => {
+                    new.go_on_from(old)?;
+                    left.push(std::mem::replace(old, new));
+                }
+                None => self.sources.push(new),
+            }
+        }
+        self.draws = self.sources.iter().any(Source::is_triangles);
+        Ok(left)
+    }
+
+    /// Goes on with the particles of sources of the same place in the list.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        self.sources.iter_mut().zip(&old.sources).try_for_each(|(new, old)| new.go_on_from(old))
+    }
+
+    /// Throws from `at_m` from now on.
+    pub fn move_to(&mut self, emitter: usize, at_m: Vec3) {
+        match self.sources.get_mut(emitter) {
+            Some(Source::Flow(flow)) => flow.effect.emitter.at_m = at_m,
+            Some(Source::Swarm(swarm)) => swarm.move_to(at_m),
+            None => {}
+        }
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.
@@ -149,13 +262,21 @@ impl Emitters {
 
     /// Records the steps that are due: all of them, they are few.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        if self.swarms().next().is_some() {
+            for reader in [Access::GraphicsRead, Access::ComputeRead] {
+                rec.barrier(reader, Access::FillWrite); // of the picture before this one
+            }
+        }
         for swarm in self.swarms_mut() {
             swarm.record(rec);
+            swarm.record_look(rec);
         }
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
             rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
             rec.barrier(Access::ComputeReadWrite, Access::GraphicsRead);
             rec.barrier(Access::ComputeReadWrite, Access::ComputeRead);
+            rec.barrier(Access::FillWrite, Access::GraphicsRead);
+            rec.barrier(Access::FillWrite, Access::ComputeRead);
         }
     }
 
@@ -243,6 +364,23 @@ impl Emitters {
     /// The device's.
     pub fn hashes(&self) -> Result<Vec<String>, RunError> {
         self.swarms().map(|swarm| Ok(format!("{:016x}", swarm.hash()?))).collect()
+    }
+
+    /// Of every emitter.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn counters(&self) -> Result<Vec<Counters>, RunError> {
+        let of = |source: &Source| match source {
+            Source::Flow(flow) => {
+                let alive = u64::from(flow.params.births) * u64::from(flow.params.burst);
+                let drawn = u64::from(flow.count());
+                let counts = vec![("alive", alive), ("drawn", drawn), ("dropped", alive - drawn)];
+                Ok(Counters { name: flow.name.clone(), counts })
+            }
+            Source::Swarm(swarm) => swarm.counters(),
+        };
+        self.sources.iter().map(of).collect()
     }
 
     /// What became of the particles.

@@ -9,11 +9,13 @@ mod effects;
 mod falls;
 mod gas;
 mod lake;
+mod live;
 pub mod picture;
 pub mod stats;
 pub mod swarm;
 
 pub use falls::Falls;
+pub use live::{Counters, Left, Ray, Touched};
 
 use crate::{
     ballistic::GroundGrid,
@@ -109,11 +111,17 @@ impl World {
     /// # Errors
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
-        let (look, terrain) = match scene.output.view {
-            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
-            scene::View::Wireframe => (Look::Wireframe, None),
-        };
-        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
+        Self::of_size(gpu, scene, plan, UVec2::from(scene.output.size))
+    }
+
+    /// [`World::new`] with pictures of another size than the scene's.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn of_size(gpu: &Gpu, scene: &Scene, plan: &Plan, size: UVec2) -> Result<Self, RunError> {
+        let look = look_of(scene);
+        let has_terrain = look == Look::Shaded && plan.has_ground();
+        let mut stage = Stage::new(gpu, size, has_terrain.then(|| plan.terrain.clone()))?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
@@ -123,20 +131,10 @@ impl World {
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
             .collect::<Result<_, _>>()?;
-        let emitters = if plan.emitters.is_empty() {
-            Emitters::none()
-        } else {
-            let height = match stage.terrain() {
-                Some(terrain) => terrain.height().clone(),
-                None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
-            };
-            let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
-            let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
-        };
+        let emitters = emitters_of(gpu, &mut stage, scene, plan)?;
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
-        let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
+        let lamp = lamp_of(plan);
         Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
@@ -149,44 +147,15 @@ impl World {
         submitter: &mut Submitter,
         frame_s: f64,
     ) -> Result<(Picture, gpu::Times), RunError> {
-        self.time_s += frame_s;
-        self.look();
-        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
-        let gases = &mut self.gases;
-        gases.iter_mut().for_each(|gas| gas.advance(frame_s));
-        lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
-        emitters.advance(frame_s, self.time_s);
+        self.advance(frame_s);
+        self.look(&self.camera());
         let mut times = gpu::Times::default();
         loop {
-            let mut done: Result<bool, water::Error> = Ok(true);
+            let mut done = Ok(true);
             let part = submitter.run(|rec| {
-                for lake in lakes.iter_mut() {
-                    done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
-                        (Ok(others), Ok(this)) => Ok(others && this),
-                        (Err(error), _) | (_, Err(error)) => Err(error),
-                    };
-                }
-                for gas in gases.iter_mut() {
-                    let is_done = gas.record(rec);
-                    if let Ok(others) = &mut done {
-                        *others &= is_done;
-                    }
-                }
+                done = self.record(rec);
                 if matches!(done, Ok(true)) {
-                    emitters.record(rec);
-                    gases.iter().for_each(|gas| gas.before_drawing(rec));
-                    let mut opaque = |rec: &mut Recorder<'_>| {
-                        lakes.iter().for_each(|lake| lake.draw(rec));
-                        gases.iter().for_each(|gas| gas.draw(rec));
-                    };
-                    let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
-                    let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
-                    let layers = Layers {
-                        opaque: &mut opaque,
-                        sprites: if emitters.draws() { Some(&mut draw) } else { None },
-                        splats: if emitters.splats() { Some(&mut splat) } else { None },
-                    };
-                    stage.record_layers(rec, layers);
+                    self.stage.record_readback(rec);
                 }
             })?;
             times.spans.extend(part.spans);
@@ -195,20 +164,90 @@ impl World {
                 break;
             }
         }
-        let [width, height] = self.scene.output.size;
+        let [width, height] = self.stage.size().to_array();
         Ok((Picture { width, height, rgba: self.stage.read() }, times))
     }
 
-    fn look(&mut self) {
+    /// Lets `frame_s` pass: [`World::record`] then records the steps that are due.
+    pub fn advance(&mut self, frame_s: f64) {
+        self.time_s += frame_s;
+        self.gases.iter_mut().for_each(|gas| gas.advance(frame_s));
+        self.lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
+        self.emitters.advance(frame_s, self.time_s);
+    }
+
+    /// Records due steps, as many as one submission should hold, and, if none are left then, the picture up to its bytes:
+    /// then it is `true`. Submits nothing, waits for nothing. Nothing recorded earlier is disturbed, so that several
+    /// pictures can be on their way; each must be visible to the next.
+    ///
+    /// # Errors
+    /// If there is no room for what falls into water.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, RunError> {
+        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
+        let gases = &mut self.gases;
+        let mut done: Result<bool, water::Error> = Ok(true);
+        for lake in lakes.iter_mut() {
+            done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
+                (Ok(others), Ok(this)) => Ok(others && this),
+                (Err(error), _) | (_, Err(error)) => Err(error),
+            };
+        }
+        for gas in gases.iter_mut() {
+            let is_done = gas.record(rec);
+            if let Ok(others) = &mut done {
+                *others &= is_done;
+            }
+        }
+        if !done? {
+            return Ok(false);
+        }
+        emitters.record(rec);
+        gases.iter().for_each(|gas| gas.before_drawing(rec));
+        let mut opaque = |rec: &mut Recorder<'_>| {
+            lakes.iter().for_each(|lake| lake.draw(rec));
+            gases.iter().for_each(|gas| gas.draw(rec));
+        };
+        let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
+        let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
+        let layers = Layers {
+            opaque: &mut opaque,
+            sprites: if emitters.draws() { Some(&mut draw) } else { None },
+            splats: if emitters.splats() { Some(&mut splat) } else { None },
+        };
+        stage.record_picture(rec, layers);
+        Ok(true)
+    }
+
+    /// Whether the next [`World::record`] comes to the picture.
+    pub fn is_nearly_due(&self) -> bool {
+        self.lakes.iter().all(Lake::is_nearly_due) && self.gases.iter().all(Gas::is_nearly_due)
+    }
+
+    /// The scene's camera, where it is now.
+    pub fn camera(&self) -> Camera {
         let camera = self.scene.camera();
-        let place = Camera {
+        Camera {
             eye_m: Vec3::from(camera.eye_at(self.time_s)),
             target_m: Vec3::from(camera.target_m),
             fov_rad: camera.fov_deg.to_radians(),
-        };
+        }
+    }
+
+    /// Time of the scene (s).
+    pub fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// What pictures are drawn on.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// The next picture is taken from `place`.
+    pub fn look(&mut self, place: &Camera) {
         let sun = Vec3::from(self.scene.sun.direction());
         let size = self.stage.size();
-        let mut view = View::new(&place, size, self.time_s as f32, sun, 0.62);
+        let mut view = View::new(place, size, self.time_s as f32, sun, 0.62);
         view.daylight = self.scene.sun.brightness;
         if let Some((at_m, light)) = self.lamp {
             // A flame: two slow waves that never meet again.
@@ -276,6 +315,31 @@ impl World {
     pub fn steps(&self) -> u64 {
         self.lakes.iter().map(Lake::steps).max().unwrap_or(0)
     }
+}
+
+fn look_of(scene: &Scene) -> Look {
+    match scene.output.view {
+        scene::View::Shaded => Look::Shaded,
+        scene::View::Wireframe => Look::Wireframe,
+    }
+}
+
+/// Where the light of the first emitter that gives some comes from, and its colour.
+fn lamp_of(plan: &Plan) -> Option<(Vec3, Vec3)> {
+    plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)))
+}
+
+fn emitters_of(gpu: &Gpu, stage: &mut Stage, scene: &Scene, plan: &Plan) -> Result<Emitters, RunError> {
+    if plan.emitters.is_empty() {
+        return Ok(Emitters::none());
+    }
+    let height = match stage.terrain() {
+        Some(terrain) => terrain.height().clone(),
+        None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
+    };
+    let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
+    let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
+    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), scene.seed)
 }
 
 /// Runs `scene`, of which `plan` is, and writes what `options` ask for. `progress` is called with the number of each finished picture.

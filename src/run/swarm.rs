@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, effects::Drawn, stats::EmitterStats, RunError};
+use super::{checkpoint::fnv, effects::Drawn, live::Counters, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
@@ -12,7 +12,7 @@ use crate::{
     particles::{Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step},
     scene::{Attractor, EmitterPlan, LawPlan, MOST_CENTRES},
 };
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::ffi::CStr;
 
 /// Mirrors `Glow` in `glsl/particles/glow.glsl`.
@@ -45,8 +45,28 @@ pub(super) struct Swarm {
     glow: Glow,
     glows: Buffer,
     centres: Vec<Attractor>,
+    /// Where its emitter has been moved to, until that is recorded (m).
+    moved_to: Option<Vec3>,
     /// For each of the two buffers between which the pool goes to and fro.
     drawn: Vec<(Buffer, Drawn)>,
+}
+
+/// For each of the two buffers between which the pool goes to and fro.
+fn drawn(
+    gpu: &Gpu,
+    stage: &Stage,
+    splats: Option<&Splats>,
+    plan: &EmitterPlan,
+    pool: &Pool,
+    glows: &Buffer,
+) -> Result<Vec<(Buffer, Drawn)>, RunError> {
+    let drawn = pool.both().map(|particles| {
+        let resources =
+            [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", glows.into())];
+        let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
+        Ok((particles.clone(), drawn))
+    });
+    drawn.into_iter().collect()
 }
 
 fn name_of(law: &LawPlan) -> &'static CStr {
@@ -92,13 +112,7 @@ impl Swarm {
             centre_m: [Vec4::ZERO; MOST_CENTRES],
         };
         let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
-        let drawn = pool.both().map(|particles| {
-            let resources =
-                [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", (&glows).into())];
-            let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
-            Ok((particles.clone(), drawn))
-        });
-        let drawn = drawn.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+        let drawn = drawn(gpu, stage, splats, plan, &pool, &glows)?;
         let mut made = Self {
             name: plan.name.clone(),
             clock: FixedStep::new(law.dt_s, u32::MAX),
@@ -106,11 +120,43 @@ impl Swarm {
             glow,
             glows,
             centres: law.centres.clone(),
+            moved_to: None,
             drawn,
             pool,
         };
         made.look(0.0);
         Ok(made)
+    }
+
+    /// Draws to a stage whose targets are new.
+    pub fn redraw(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        splats: Option<&Splats>,
+        plan: &EmitterPlan,
+    ) -> Result<(), RunError> {
+        self.drawn = drawn(gpu, stage, splats, plan, &self.pool, &self.glows)?;
+        Ok(())
+    }
+
+    /// Goes on with the particles of `old`, where they fit: numbers of the law and of the emitter are this one's.
+    pub fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        let is_alike = self.pool.capacity() == old.pool.capacity()
+            && self.pool.life_ticks() == old.pool.life_ticks()
+            && self.clock.dt_s() == old.clock.dt_s();
+        if is_alike {
+            let (mut state, here) = (old.pool.snapshot()?, self.pool.snapshot()?);
+            (state.law, state.emitters) = (here.law, here.emitters);
+            self.pool.restore(&state)?;
+            (self.clock, self.taken) = (old.clock.clone(), old.taken);
+        }
+        Ok(())
+    }
+
+    /// Throws from `at_m` from the next step on.
+    pub fn move_to(&mut self, at_m: Vec3) {
+        self.moved_to = Some(at_m);
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.
@@ -124,11 +170,20 @@ impl Swarm {
             let [x, y, z] = from.at(time_s);
             *to = Vec4::new(x, y, z, 0.0);
         }
-        self.glows.write(0, &[self.glow]);
+    }
+
+    /// Brings what the glow is to where it is read. Nothing that was recorded before sees it.
+    pub fn record_look(&self, rec: &mut Recorder<'_>) {
+        rec.update(&self.glows, &self.glow);
     }
 
     /// Records the steps that are due.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        if let Some(at_m) = self.moved_to.take() {
+            rec.barrier(Particles::EXIT, Access::FillWrite);
+            rec.update(self.pool.emitters(), &at_m); // what `EmitterWords` begins with
+            rec.barrier(Access::FillWrite, Particles::ENTRY);
+        }
         for index in self.taken..self.clock.steps() {
             rec.barrier(Particles::EXIT, Particles::ENTRY);
             // The arguments of the last step are read before this one writes them.
@@ -141,6 +196,10 @@ impl Swarm {
     fn drawn(&self) -> &Drawn {
         let now = self.pool.particles();
         &self.drawn.iter().find(|(buffer, _)| buffer.is(now)).expect("one of the pool's two").1
+    }
+
+    pub fn is_triangles(&self) -> bool {
+        matches!(self.drawn(), Drawn::Triangles(_))
     }
 
     pub fn draw(&self, rec: &mut Recorder<'_>) {
@@ -205,6 +264,20 @@ impl Swarm {
     pub fn hash(&self) -> Result<u64, RunError> {
         let living = self.pool.living()?;
         Ok(fnv(bytemuck::cast_slice::<_, u8>(&living).iter().copied()))
+    }
+
+    pub fn counters(&self) -> Result<Counters, RunError> {
+        let counts = self.pool.counts()?;
+        let list = vec![
+            ("steps", self.clock.steps()),
+            ("alive", counts.alive()),
+            ("born", counts.born),
+            ("dropped", counts.dropped),
+            ("aged", counts.aged),
+            ("ended", counts.ended),
+            ("spoiled", counts.spoiled),
+        ];
+        Ok(Counters { name: self.name.clone(), counts: list })
     }
 
     pub fn stats(&self) -> Result<EmitterStats, RunError> {

@@ -30,6 +30,7 @@ mod error;
 mod heightmap;
 pub mod measured;
 mod node;
+mod parameter;
 mod parse;
 mod particles;
 mod plan;
@@ -50,6 +51,7 @@ pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use measured::Measured;
 pub use node::Override;
+pub use parameter::{Given, Parameter, Takes};
 pub(crate) use particles::MOST_CENTRES;
 pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
@@ -164,7 +166,17 @@ impl Scene {
         base_dir: Option<&Path>,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        schema::scene(text, file_name, base_dir, overrides)
+        schema::scene(text, file_name, base_dir, overrides).0
+    }
+
+    /// [`Scene::parse`], with a list of every key that the scene has or could have, in the order of the schema: what it
+    /// takes, and what it is given. Where the scene is wrong the list is of what could be read.
+    pub fn parse_listing(
+        text: &str,
+        file_name: &str,
+        base_dir: Option<&Path>,
+    ) -> (Result<Self, SceneError>, Vec<Parameter>) {
+        schema::scene(text, file_name, base_dir, &[])
     }
 
     /// Loads the heightmap of the terrain, if the scene has one.

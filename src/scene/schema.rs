@@ -8,6 +8,7 @@ use super::{
     error::ProblemKind,
     heightmap::{self, Format},
     node::Sources,
+    parameter::Parameter,
     parse::{
         Reader, Rule,
         Rule::{AtLeastZero, Within},
@@ -26,8 +27,11 @@ pub(super) fn scene(
     file_name: &str,
     base_dir: Option<&Path>,
     overrides: &[Override],
-) -> Result<Scene, SceneError> {
-    let (sources, root) = Sources::read(text, file_name, overrides).map_err(SceneError::Invalid)?;
+) -> (Result<Scene, SceneError>, Vec<Parameter>) {
+    let (sources, root) = match Sources::read(text, file_name, overrides) {
+        Ok(read) => read,
+        Err(problems) => return (Err(SceneError::Invalid(problems)), Vec::new()),
+    };
     let reader = Reader::new(sources);
     let mut table = reader.root(&root);
 
@@ -68,12 +72,9 @@ pub(super) fn scene(
     scene.camera = camera_table.map(|table| camera(table, scene.camera()));
     table.finish();
 
-    let problems = reader.finish();
-    if problems.is_empty() {
-        Ok(scene)
-    } else {
-        Err(SceneError::Invalid(problems))
-    }
+    let (problems, parameters) = reader.finish();
+    let read = if problems.is_empty() { Ok(scene) } else { Err(SceneError::Invalid(problems)) };
+    (read, parameters)
 }
 
 fn output(mut table: Table<'_>) -> Output {

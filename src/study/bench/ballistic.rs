@@ -22,7 +22,7 @@ pub const SUITE: Suite = Suite {
     sim: "ballistic",
     variants: &[
         "stateless/materialise",
-        "stateless/materialise/x2",
+        "stateless/materialise/x1",
         "stateless/materialise/x4",
         "stored/append",
         "stored/xfb",
@@ -41,7 +41,7 @@ pub const SUITE: Suite = Suite {
     },
 };
 
-/// The kernel of fire that a variant names: `x2` has two particles an invocation.
+/// The kernel of fire that a variant names: `x4` has four particles an invocation.
 fn materialise(gpu: &Gpu, variant: &str) -> Result<Materialise> {
     let items = variant.split('/').find_map(|option| option.strip_prefix('x')?.parse().ok());
     Ok(Builtin::Fire.materialise_by(gpu, items.unwrap_or(Materialise::ITEMS))?)

@@ -112,8 +112,8 @@ pub(in crate::study) fn crowd(gpu: &Gpu, options: Options, size: u32) -> Result<
             rec.barrier(Particles::EXIT, Particles::ENTRY);
         })?;
     }
-    // A packed birth is rounded down to 2^-6 s: the oldest have gone.
-    let early_s = if options.layout == Layout::Packed { 1.0 / 64.0 } else { 0.0 };
+    // The oldest have gone: those of the first tick, and as a packed birth is rounded down, of the first 2^-6 s.
+    let early_s = if options.layout == Layout::Packed { 1.0 / 64.0 } else { 1.0 / f64::from(TICKS_PER_S) };
     let allowed = 1.0 + early_s * emitters[0].rate_per_s;
     let apart = (pool.counts()?.alive() as f64 - f64::from(size)).abs();
     if apart > allowed {
