@@ -30,6 +30,8 @@ pub fn cos_sin_of_turn(turns: f32) -> Vec2 {
     let quarter = 0.25 - half_turn.abs();
     let x = quarter.abs().min(0.25 - quarter.abs());
     let xx = x * x;
+    // The first is no 2 pi: the polynomial of the least error has another.
+    #[allow(clippy::approx_constant)]
     let s = x * (6.283_185 + xx * (-41.341_63 + xx * (81.588_13 - xx * 75.240_07)));
     let c = 1.0 + xx * (-19.739_168 + xx * (64.923_225 - xx * 83.665_92));
     let (x, y) = if quarter.abs() > 0.125 { (c, s) } else { (s, c) };
