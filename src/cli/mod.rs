@@ -109,7 +109,7 @@ impl From<gpu::Error> for Failure {
             it if it.is_device_lost() => 4,
             gpu::Error::Timeout { .. } => 4,
             it if it.is_out_of_memory() => 5,
-            gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } => 2,
+            gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } | gpu::Error::NoClock { .. } => 2,
             gpu::Error::Loader(_)
             | gpu::Error::NoDevice { .. }
             | gpu::Error::NoGraphics { .. }

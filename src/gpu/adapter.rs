@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What devices there are, what each lacks, and the choice among them.
 
-use super::error::{Error, OrCall, Result};
+use super::{
+    calibrate::extension,
+    error::{Error, OrCall, Result},
+};
 use ash::vk;
 use std::ffi::CStr;
 
@@ -33,6 +36,8 @@ pub struct Adapter {
     pub(super) has_graphics: bool,
     pub(super) timestamp_bits: u32,
     pub(super) is_portability_subset: bool,
+    /// Extension by which the GPU's clock can be told from the host's.
+    pub(super) calibration: Option<&'static CStr>,
     rank: u32,
 }
 
@@ -77,6 +82,7 @@ impl Adapter {
             has_graphics,
             timestamp_bits: family.map_or(0, |f| families[f].timestamp_valid_bits),
             is_portability_subset: false,
+            calibration: None,
             rank: rank(props.device_type),
         };
         if props.api_version < vk::API_VERSION_1_3 {
@@ -150,6 +156,7 @@ impl Adapter {
             unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
         }
         self.is_portability_subset = has(ash::khr::portability_subset::NAME);
+        self.calibration = extension(has);
         self.optional = vec![
             ("graphics queue", self.has_graphics),
             ("geometryShader", base.geometry_shader == vk::TRUE),
@@ -167,6 +174,7 @@ impl Adapter {
             ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),
             ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
             ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),
+            ("calibrated timestamps", self.calibration.is_some()),
             ("shaderFloat16", v12.shader_float16 == vk::TRUE),
             ("subgroup ballot", has_subgroup(vk::SubgroupFeatureFlags::BALLOT)),
             ("subgroup arithmetic", has_subgroup(vk::SubgroupFeatureFlags::ARITHMETIC)),

@@ -2,6 +2,7 @@
 use super::{
     adapter::Adapter,
     cache::PipelineCache,
+    calibrate::Calibrated,
     error::{Error, OrCall, Result},
     instance::{Instance, Messages},
     timing::Clock,
@@ -53,6 +54,7 @@ pub(super) struct Inner {
     allocator: Mutex<ga::Allocator>,
     pub debug: Option<ext::debug_utils::Device>,
     pub stream: Option<ext::transform_feedback::Device>,
+    pub calibrated: Option<Calibrated>,
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
@@ -108,8 +110,8 @@ impl Gpu {
             (adapter.is_portability_subset, khr::portability_subset::NAME),
             (has_stream, ext::transform_feedback::NAME),
         ];
-        let extensions: Vec<_> =
-            wanted.iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, name)| name.as_ptr()).collect();
+        let wanted = wanted.into_iter().filter_map(|(is_wanted, name)| is_wanted.then_some(name));
+        let extensions: Vec<_> = wanted.chain(adapter.calibration).map(CStr::as_ptr).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
@@ -118,6 +120,7 @@ impl Gpu {
         let has_wide_atomics = adapter.has("atomics of 64 bits");
         let features = vk::PhysicalDeviceFeatures::default()
             .geometry_shader(adapter.has("geometryShader"))
+            .pipeline_statistics_query(adapter.has("pipelineStatisticsQuery"))
             .shader_int64(has_wide_atomics);
         let mut v12 =
             vk::PhysicalDeviceVulkan12Features::default().shader_buffer_int64_atomics(has_wide_atomics);
@@ -195,12 +198,18 @@ impl Gpu {
             parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
         let stream = (parts.device.is_owned && parts.adapter.has("transform feedback"))
             .then(|| ext::transform_feedback::Device::new(parts.raw_instance, &parts.device));
+        let calibrated = if parts.device.is_owned {
+            Calibrated::load(parts.raw_instance, &parts.device, &parts.adapter)
+        } else {
+            None // which extensions a caller's device has cannot be asked
+        };
         let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
         let gpu = Self(Arc::new(Inner {
             cache,
             allocator: Mutex::new(allocator),
             debug,
             stream,
+            calibrated,
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
@@ -265,6 +274,11 @@ impl Gpu {
     /// Whether vertices can be captured: [`Stream`](super::Stream); on a caller's device never.
     pub fn has_transform_feedback(&self) -> bool {
         self.0.stream.is_some()
+    }
+
+    /// Whether passes can be counted: [`Submitter::watching`](super::Submitter::watching); on a caller's device never.
+    pub fn has_statistics(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("pipelineStatisticsQuery")
     }
 
     /// Samples a pixel that pictures are drawn with: 4 where the device has them for colour and depth, else 1.

@@ -9,6 +9,7 @@ mod access;
 mod adapter;
 mod buffer;
 mod cache;
+mod calibrate;
 mod device;
 mod error;
 #[cfg(feature = "tools")]
@@ -20,6 +21,7 @@ mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
+mod statistics;
 mod stream;
 mod submit;
 mod timing;
@@ -27,6 +29,7 @@ mod timing;
 pub use access::Access;
 pub use adapter::Adapter;
 pub use buffer::{Buffer, Residence};
+pub use calibrate::Placed;
 pub use device::{External, Gpu, GpuOptions};
 pub use error::{Error, Result};
 pub use image::{Image, ImageUse};
@@ -35,8 +38,9 @@ pub use kernel::{Kernel, KernelInfo};
 pub use program::{Bound, Resource};
 pub use raster::{Blend, Depth, Raster, RasterInfo, Topology};
 pub use recorder::{Recorder, Target};
+pub use statistics::Statistics;
 pub use stream::{Stream, StreamDraw, StreamInfo};
-pub use submit::{SpanTime, Submitter, Times};
+pub use submit::{HostTime, SpanTime, Submitter, Times};
 pub use timing::Clock;
 
 /// A compiler of GLSL at run time, which knows the files that this crate's own shaders include.

@@ -207,7 +207,8 @@ impl Swarm {
         Ok(fnv(bytemuck::cast_slice::<_, u8>(&living).iter().copied()))
     }
 
-    pub fn stats(&self) -> Result<EmitterStats, RunError> {
+    /// What became of the particles so far, without the hash of what lives.
+    pub fn counts(&self) -> Result<EmitterStats, RunError> {
         let counts = self.pool.counts()?;
         Ok(EmitterStats {
             name: self.name.clone(),
@@ -219,7 +220,11 @@ impl Swarm {
             spoiled: counts.spoiled,
             steps: Some(self.clock.steps()),
             dt_s: Some(self.clock.dt_s()),
-            state_hash: Some(format!("{:016x}", self.hash()?)),
+            state_hash: None,
         })
+    }
+
+    pub fn stats(&self) -> Result<EmitterStats, RunError> {
+        Ok(EmitterStats { state_hash: Some(format!("{:016x}", self.hash()?)), ..self.counts()? })
     }
 }
