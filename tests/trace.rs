@@ -225,8 +225,8 @@ fn passes_by_the_clock_of_the_device_lie_within_their_picture() {
         }
         assert!(count > 0, "{picture}");
     }
-    let named = events.iter().filter(|it| it["ph"] == "M" && it["pid"] == 2 && it["tid"] == 1);
-    assert!(named.last().unwrap()["args"]["name"].as_str().unwrap().contains("placed by"));
+    let mut named = events.iter().filter(|it| it["ph"] == "M" && it["pid"] == 2 && it["tid"] == 1);
+    assert!(named.next_back().unwrap()["args"]["name"].as_str().unwrap().contains("placed by"));
 }
 
 fn whitecap_devices() -> Value {

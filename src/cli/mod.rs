@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod devices;
 mod hardcases;
+mod pipelines;
 mod run;
 mod scenes;
 mod study_command;
@@ -65,6 +66,12 @@ impl DeviceArgs {
     fn open(&self) -> Result<Gpu, Failure> {
         let cache = cache_dir().map(|dir| dir.join("whitecap"));
         Ok(Gpu::headless(&GpuOptions { device: self.device.clone(), validate: self.validate, cache })?)
+    }
+
+    /// As [`DeviceArgs::open`], to look at pipelines: none comes from a cache.
+    fn open_capturing(&self) -> Result<Gpu, Failure> {
+        let (device, validate) = (self.device.clone(), self.validate);
+        Ok(Gpu::capturing(&GpuOptions { device, validate, cache: None })?)
     }
 
     /// What validation said, as a failure.

@@ -5,7 +5,7 @@ use super::{
     calibrate::extension,
     error::{Error, OrCall, Result},
 };
-use ash::vk;
+use ash::{khr, vk};
 use std::ffi::CStr;
 
 /// One physical device, described.
@@ -36,6 +36,7 @@ pub struct Adapter {
     pub(super) has_graphics: bool,
     pub(super) timestamp_bits: u32,
     pub(super) is_portability_subset: bool,
+    pub(super) is_null: bool,
     /// Extension by which the GPU's clock can be told from the host's.
     pub(super) calibration: Option<&'static CStr>,
     rank: u32,
@@ -61,7 +62,10 @@ impl Adapter {
         let find = |flags| families.iter().position(|f| f.queue_flags.contains(flags));
         let (compute, graphics) = (vk::QueueFlags::COMPUTE, vk::QueueFlags::GRAPHICS);
         let family = find(compute | graphics).or_else(|| find(compute));
-        let has_graphics = family.is_some_and(|f| families[f].queue_flags.contains(graphics));
+        // RADV_FORCE_FAMILY gives a device without hardware, to see what kernels compile to. It makes no images, and
+        // nothing can be submitted.
+        let is_null = name.starts_with("Null hardware");
+        let has_graphics = !is_null && family.is_some_and(|f| families[f].queue_flags.contains(graphics));
         if family.is_none() {
             missing.push("a compute queue".into());
         }
@@ -82,6 +86,7 @@ impl Adapter {
             has_graphics,
             timestamp_bits: family.map_or(0, |f| families[f].timestamp_valid_bits),
             is_portability_subset: false,
+            is_null,
             calibration: None,
             rank: rank(props.device_type),
         };
@@ -155,7 +160,12 @@ impl Adapter {
             let mut props = vk::PhysicalDeviceProperties2::default().push_next(&mut capture_limits);
             unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
         }
-        self.is_portability_subset = has(ash::khr::portability_subset::NAME);
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        if has(khr::pipeline_executable_properties::NAME) {
+            let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
+            unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
+        }
+        self.is_portability_subset = has(khr::portability_subset::NAME);
         self.calibration = extension(has);
         self.optional = vec![
             ("graphics queue", self.has_graphics),
@@ -173,7 +183,7 @@ impl Adapter {
             ),
             ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),
             ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
-            ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),
+            ("pipeline executable properties", executables.pipeline_executable_info == vk::TRUE),
             ("calibrated timestamps", self.calibration.is_some()),
             ("shaderFloat16", v12.shader_float16 == vk::TRUE),
             ("subgroup ballot", has_subgroup(vk::SubgroupFeatureFlags::BALLOT)),

@@ -4,6 +4,7 @@ use super::{
     cache::PipelineCache,
     calibrate::Calibrated,
     error::{Error, OrCall, Result},
+    executables::Captured,
     instance::{Instance, Messages},
     timing::Clock,
 };
@@ -55,6 +56,7 @@ pub(super) struct Inner {
     pub debug: Option<ext::debug_utils::Device>,
     pub stream: Option<ext::transform_feedback::Device>,
     pub calibrated: Option<Calibrated>,
+    pub captured: Option<Captured>,
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
@@ -87,7 +89,7 @@ impl Drop for Device {
 impl Drop for Inner {
     fn drop(&mut self) {
         // Runs before the fields drop. An error here is a lost device: there is nothing left to wait for.
-        if self.device.is_owned {
+        if self.device.is_owned && !self.adapter.is_null {
             let _ = unsafe { self.device.device_wait_idle() };
         }
     }
@@ -99,6 +101,18 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] says, device by device, what was missing.
     pub fn headless(options: &GpuOptions) -> Result<Self> {
+        Self::open(options, false)
+    }
+
+    /// As [`Gpu::headless`], and what the driver makes of each pipeline is kept: [`Gpu::pipelines`]. Compiling takes longer.
+    ///
+    /// # Errors
+    /// As [`Gpu::headless`].
+    pub fn capturing(options: &GpuOptions) -> Result<Self> {
+        Self::open(options, true)
+    }
+
+    fn open(options: &GpuOptions, captures: bool) -> Result<Self> {
         let instance = Instance::new(options.validate)?;
         let adapter = Adapter::choose(Adapter::all(&instance.raw)?, options.device.as_deref())?;
 
@@ -106,9 +120,11 @@ impl Gpu {
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
         let has_stream = adapter.has("transform feedback");
+        let says_executables = captures && adapter.has("pipeline executable properties");
         let wanted = [
             (adapter.is_portability_subset, khr::portability_subset::NAME),
             (has_stream, ext::transform_feedback::NAME),
+            (says_executables, khr::pipeline_executable_properties::NAME),
         ];
         let wanted = wanted.into_iter().filter_map(|(is_wanted, name)| is_wanted.then_some(name));
         let extensions: Vec<_> = wanted.chain(adapter.calibration).map(CStr::as_ptr).collect();
@@ -134,6 +150,11 @@ impl Gpu {
         if has_stream {
             info = info.push_next(&mut stream);
         }
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        if says_executables {
+            info = info.push_next(&mut executables);
+        }
         let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
             .or_call_for("vkCreateDevice", &adapter.name)?;
         let device = Device { raw, is_owned: true };
@@ -149,6 +170,7 @@ impl Gpu {
             instance: Some(instance),
             messages,
             cache: options.cache.clone(),
+            captures,
         })
     }
 
@@ -181,6 +203,7 @@ impl Gpu {
             instance: None,
             messages: Arc::default(),
             cache: None,
+            captures: false,
         })
     }
 
@@ -203,6 +226,11 @@ impl Gpu {
         } else {
             None // which extensions a caller's device has cannot be asked
         };
+        let captured = parts.captures.then(|| Captured {
+            api: (parts.adapter.has("pipeline executable properties"))
+                .then(|| khr::pipeline_executable_properties::Device::new(parts.raw_instance, &parts.device)),
+            found: Mutex::default(),
+        });
         let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
         let gpu = Self(Arc::new(Inner {
             cache,
@@ -210,6 +238,7 @@ impl Gpu {
             debug,
             stream,
             calibrated,
+            captured,
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
@@ -218,7 +247,9 @@ impl Gpu {
             messages: parts.messages,
         }));
         if gpu.0.instance.is_some() {
+            gpu.set_name(gpu.device().handle(), "whitecap.device");
             gpu.set_name(*gpu.queue(), "whitecap.queue");
+            gpu.set_name(gpu.0.cache.raw, "whitecap.pipelines");
         }
         Ok(gpu)
     }
@@ -337,4 +368,5 @@ struct Assembly<'a> {
     instance: Option<Instance>,
     messages: Arc<Messages>,
     cache: Option<PathBuf>,
+    captures: bool,
 }

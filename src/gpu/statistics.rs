@@ -44,6 +44,7 @@ impl StatisticsPool {
             .pipeline_statistics(flags.into_iter().fold(F::empty(), |all, flag| all | flag))
             .query_count(room as u32);
         let raw = unsafe { gpu.device().create_query_pool(&info, None) }.or_call("vkCreateQueryPool")?;
+        gpu.set_name(raw, "submitter.statistics");
         Ok(Self { raw, counters, gpu: gpu.clone() })
     }
 

@@ -128,6 +128,12 @@ impl Submitter {
             made.queries = unsafe { device.create_query_pool(&info, None) }.or_call("vkCreateQueryPool")?;
         }
         made.fence = unsafe { device.create_fence(&Default::default(), None) }.or_call("vkCreateFence")?;
+        gpu.set_name(made.pool, "submitter.pool");
+        gpu.set_name(made.cmd, "submitter.commands");
+        gpu.set_name(made.fence, "submitter.done");
+        if made.queries != vk::QueryPool::null() {
+            gpu.set_name(made.queries, "submitter.times");
+        }
         Ok(made)
     }
 
