@@ -183,6 +183,7 @@ impl From<RunError> for Failure {
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
+            RunError::NoRenderDoc => Self { code: 3, text: error.to_string() },
         }
     }
 }

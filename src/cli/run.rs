@@ -37,6 +37,9 @@ pub struct RunArgs {
     /// Count the invocations and vertices of each pass, for stats.json and the trace
     #[arg(long)]
     pass_statistics: bool,
+    /// Have RenderDoc, which must watch already, capture the picture of this number (the first is 0)
+    #[arg(long, value_name = "N")]
+    renderdoc_frame: Option<u32>,
     /// Clock of the passes: the device's timestamps or a fence at both ends; which can be believed is found out by default
     #[arg(long, value_name = "gpu|fence", value_parser = clock)]
     clock: Option<Clock>,
@@ -58,7 +61,7 @@ pub fn run(args: &RunArgs) -> Result<(), Failure> {
         hash_every: args.hash_every,
         checkpoint: args.checkpoint.clone().map(|path| (path, args.checkpoint_every)),
         resume: args.resume.clone(),
-        profile: Profile { trace, statistics: args.pass_statistics },
+        profile: Profile { trace, statistics: args.pass_statistics, captured: args.renderdoc_frame },
     };
     if !args.json {
         let title = if scene.title.is_empty() { "untitled" } else { &scene.title };

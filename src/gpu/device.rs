@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use super::{
-    adapter::Adapter,
+    adapter::{Adapter, Extensions13},
     cache::PipelineCache,
     calibrate::Calibrated,
     error::{Error, OrCall, Result},
@@ -127,7 +127,9 @@ impl Gpu {
             (says_executables, khr::pipeline_executable_properties::NAME),
         ];
         let wanted = wanted.into_iter().filter_map(|(is_wanted, name)| is_wanted.then_some(name));
-        let extensions: Vec<_> = wanted.chain(adapter.calibration).map(CStr::as_ptr).collect();
+        let three: &[&CStr] = if adapter.is_by_extensions { &Extensions13::NAMES } else { &[] };
+        let wanted = wanted.chain(adapter.calibration).chain(three.iter().copied());
+        let extensions: Vec<_> = wanted.map(CStr::as_ptr).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
@@ -145,8 +147,9 @@ impl Gpu {
             .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
-            .push_next(&mut v12)
-            .push_next(&mut v13);
+            .push_next(&mut v12);
+        let mut three = Extensions13::on();
+        info = if adapter.is_by_extensions { three.push_on(info) } else { info.push_next(&mut v13) };
         if has_stream {
             info = info.push_next(&mut stream);
         }
@@ -157,6 +160,7 @@ impl Gpu {
         }
         let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
             .or_call_for("vkCreateDevice", &adapter.name)?;
+        let raw = if adapter.is_by_extensions { by_extensions(&instance.raw, raw.handle()) } else { raw };
         let device = Device { raw, is_owned: true };
         let queue = unsafe { device.get_device_queue(adapter.family, 0) };
         let (raw_instance, has_debug_utils) = (instance.raw.clone(), instance.has_debug_utils);
@@ -357,6 +361,20 @@ impl Gpu {
     pub(super) fn allocator(&self) -> MutexGuard<'_, ga::Allocator> {
         self.0.allocator.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
+}
+
+/// The device with the functions of its extensions where it has not those of Vulkan 1.3: they are the same.
+fn by_extensions(instance: &ash::Instance, device: vk::Device) -> ash::Device {
+    // SAFETY: names end in a zero, and what is found is the function of that name.
+    let find = |name: &CStr| unsafe {
+        let found = (instance.fp_v1_0().get_device_proc_addr)(device, name.as_ptr());
+        found.or_else(|| {
+            let khr = CString::new([name.to_bytes(), b"KHR"].concat()).ok()?;
+            (instance.fp_v1_0().get_device_proc_addr)(device, khr.as_ptr())
+        })
+    };
+    let find = |name: &CStr| find(name).map_or(std::ptr::null(), |it| it as *const std::ffi::c_void);
+    unsafe { ash::Device::load_with(find, device) }
 }
 
 struct Assembly<'a> {

@@ -107,7 +107,7 @@ impl Program {
             let info = vk::ShaderModuleCreateInfo::default().code(&words);
             let module = unsafe { gpu.device().create_shader_module(&info, None) }
                 .or_call_for("vkCreateShaderModule", &self.text())?;
-            gpu.set_name(module, &self.text());
+            gpu.set_name(module, &format!("{} ({:?})", self.text(), shader.stage));
             self.modules.push(module);
         }
         let entries: Vec<_> = (0..constants.len() as u32)

@@ -19,7 +19,7 @@ pub use falls::Falls;
 use crate::{
     ballistic::GroundGrid,
     draw::{Camera, Layers, Stage, View},
-    gpu::{self, Gpu, HostTime, Recorder, Submitter},
+    gpu::{self, Gpu, HostTime, Recorder, RenderDoc, Submitter},
     particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
@@ -66,6 +66,8 @@ pub struct Profile {
     pub trace: Option<Trace>,
     /// Count what each pass makes the device do, for `stats.json` and the trace.
     pub statistics: bool,
+    /// Have RenderDoc capture the picture of this number.
+    pub captured: Option<u32>,
 }
 
 impl Profile {
@@ -108,6 +110,12 @@ pub enum RunError {
     /// A file that cannot be written.
     #[error(transparent)]
     File(#[from] atomic::FileError),
+    /// A capture was asked for, and nobody is there to take it.
+    #[error(
+        "RenderDoc does not watch: run through `renderdoccmd capture -w whitecap run ...`, or with \
+         ENABLE_VULKAN_RENDERDOC_CAPTURE=1 in the environment"
+    )]
+    NoRenderDoc,
     /// A file that is no state of this scene.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -367,6 +375,11 @@ pub fn run(
         warnings: plan.warnings.clone(),
     };
     let profile = &options.profile;
+    let renderdoc = match profile.captured {
+        Some(_) => Some(RenderDoc::watching().ok_or(RunError::NoRenderDoc)?),
+        None => None,
+    };
+    let mut captured = None;
     if profile.statistics && !gpu.has_statistics() {
         stats.warnings.push(format!("{} has no pipeline statistics: no pass is counted", gpu.name()));
     }
@@ -403,7 +416,15 @@ pub fn run(
         let start = Instant::now();
         // The first picture is the start.
         let frame_s = if frame == 0 { 0.0 } else { frame_s };
-        let (picture, times) = gpu.labelled(&label(frame), || world.frame(&mut submitter, frame_s))?;
+        let mut draw = || gpu.labelled(&label(frame), || world.frame(&mut submitter, frame_s));
+        let (picture, times) = match &renderdoc {
+            Some(renderdoc) if profile.captured == Some(frame) => {
+                let (drawn, file) = renderdoc.capture(&options.out.join("renderdoc"), draw);
+                captured = file;
+                drawn?
+            }
+            _ => draw()?,
+        };
         if let Some(trace) = &profile.trace {
             trace.picture(frame, &HostTime::until_now("", start), &times);
             trace.time("count", || world.count(gpu, frame, trace))?;
@@ -431,6 +452,11 @@ pub fn run(
     let encoded = profile.time("finish the clip", || encoder.join());
     let (mut files, warnings) = encoded.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     stats.warnings.extend(warnings);
+    if let Some(picture) = profile.captured.filter(|_| captured.is_none()) {
+        stats
+            .warnings
+            .push(format!("picture {picture} was not captured: it was not drawn, or RenderDoc could not"));
+    }
     profile.time("statistics", || -> Result<(), RunError> {
         for lake in &world.lakes {
             stats.waters.push(lake.stats(gpu)?);
@@ -448,6 +474,7 @@ pub fn run(
     if let Some(trace) = &profile.trace {
         files.push(("trace", trace.finish()?));
     }
+    files.extend(captured.map(|path| ("capture", path)));
     Ok(Written { stats, files })
 }
 
