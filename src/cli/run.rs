@@ -49,6 +49,8 @@ pub struct RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
+    #[cfg(feature = "tracy")]
+    let _tracy = tracy_client::Client::start();
     let trace = args.trace.as_deref().map(Trace::create).transpose()?;
     let scene = timed(&trace, "parse", || args.scene.load())?;
     let plan = timed(&trace, "plan", || scene.plan())?; // what is wrong with it is said before a device is opened

@@ -28,6 +28,7 @@ mod statistics;
 mod stream;
 mod submit;
 mod timing;
+mod zone;
 
 pub use access::Access;
 pub use adapter::Adapter;
@@ -47,6 +48,7 @@ pub use statistics::Statistics;
 pub use stream::{Stream, StreamDraw, StreamInfo};
 pub use submit::{HostTime, SpanTime, Submitter, Times};
 pub use timing::Clock;
+pub use zone::Zone;
 
 /// A compiler of GLSL at run time, which knows the files that this crate's own shaders include.
 ///

@@ -7,7 +7,7 @@ use super::{
     recorder::Kept,
     statistics::{Statistics, StatisticsPool},
     timing::Clock,
-    Access, Buffer, Gpu, Recorder, Residence,
+    Access, Buffer, Gpu, Recorder, Residence, Zone,
 };
 use ash::vk;
 use std::{ffi::CStr, time::Instant};
@@ -159,7 +159,7 @@ impl Submitter {
         }
         let gpu = self.gpu.clone();
         let device = gpu.device();
-        let start = Instant::now();
+        let (start, zone) = (Instant::now(), Zone::new("record"));
         begin(device, self.cmd)?;
         let mut rec = unsafe { Recorder::new(&gpu, self.cmd) }.keeping();
         if self.queries != vk::QueryPool::null() {
@@ -176,6 +176,7 @@ impl Submitter {
         let recorded = rec.finish();
         self.kept = recorded.kept;
         let record = HostTime::until_now("record", start);
+        zone.end();
         let fenced = recorded.flush.map_or(Ok(Waits::default()), |mut flush| flush.waits());
         let done = fenced.and_then(|mut waits| {
             waits.host.push(record);
@@ -273,13 +274,15 @@ fn begin(device: &ash::Device, cmd: vk::CommandBuffer) -> Result<()> {
 /// Ends and submits `cmd`, and waits for `fence`, which is unsignalled again afterwards; `host` gets both times.
 fn submit(gpu: &Gpu, cmd: vk::CommandBuffer, fence: vk::Fence, host: &mut Vec<HostTime>) -> Result<()> {
     let device = gpu.device();
-    let start = Instant::now();
+    let (start, zone) = (Instant::now(), Zone::new("submit"));
     unsafe { device.end_command_buffer(cmd) }.or_call("vkEndCommandBuffer")?;
     let infos = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
     let submit = [vk::SubmitInfo2::default().command_buffer_infos(&infos)];
     unsafe { device.queue_submit2(*gpu.queue(), &submit, fence) }.or_call("vkQueueSubmit2")?;
     let submitted = HostTime::until_now("submit", start);
     host.push(submitted);
+    zone.end();
+    let _zone = Zone::new("wait");
     match unsafe { device.wait_for_fences(&[fence], true, TIMEOUT_S * 1_000_000_000) } {
         Err(vk::Result::TIMEOUT) => return Err(Error::Timeout { seconds: TIMEOUT_S }),
         other => other.or_call("vkWaitForFences")?,

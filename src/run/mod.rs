@@ -13,13 +13,15 @@ pub mod picture;
 pub mod stats;
 pub mod swarm;
 pub mod trace;
+#[cfg(feature = "tracy")]
+mod tracy;
 
 pub use falls::Falls;
 
 use crate::{
     ballistic::GroundGrid,
     draw::{Camera, Layers, Stage, View},
-    gpu::{self, Gpu, HostTime, Recorder, RenderDoc, Submitter},
+    gpu::{self, Gpu, HostTime, Recorder, RenderDoc, Submitter, Zone},
     particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
@@ -73,6 +75,7 @@ pub struct Profile {
 impl Profile {
     /// `body`, as a span of the trace.
     fn time<T>(&self, name: &str, body: impl FnOnce() -> T) -> T {
+        let _zone = Zone::new(name);
         match &self.trace {
             Some(trace) => trace.time(name, body),
             None => body(),
@@ -387,7 +390,9 @@ pub fn run(
         trace.describe(gpu.name(), about(&stats));
     }
     let mut world = profile.time("build", || World::new(gpu, scene, plan))?;
-    let is_watched = profile.trace.is_some() || profile.statistics;
+    #[cfg(feature = "tracy")]
+    let tracy = tracy::Tracy::listening();
+    let is_watched = profile.trace.is_some() || profile.statistics || cfg!(feature = "tracy");
     let mut submitter = Submitter::new(gpu, if profile.trace.is_some() { ALL_SPANS } else { SPANS })?;
     if is_watched {
         submitter = submitter.watching(profile.statistics)?;
@@ -416,6 +421,7 @@ pub fn run(
         let start = Instant::now();
         // The first picture is the start.
         let frame_s = if frame == 0 { 0.0 } else { frame_s };
+        let zone = Zone::new("picture");
         let mut draw = || gpu.labelled(&label(frame), || world.frame(&mut submitter, frame_s));
         let (picture, times) = match &renderdoc {
             Some(renderdoc) if profile.captured == Some(frame) => {
@@ -425,6 +431,9 @@ pub fn run(
             }
             _ => draw()?,
         };
+        zone.end();
+        #[cfg(feature = "tracy")]
+        tracy.iter().for_each(|tracy| tracy.picture(&times));
         if let Some(trace) = &profile.trace {
             trace.picture(frame, &HostTime::until_now("", start), &times);
             trace.time("count", || world.count(gpu, frame, trace))?;
@@ -521,7 +530,7 @@ impl Encoder {
     ) -> Result<Files, RunError> {
         let mut sheet = Vec::new();
         for (frame, picture) in (first..).zip(pictures) {
-            let start = Instant::now();
+            let (start, _zone) = (Instant::now(), Zone::new("encode"));
             if let Some(dir) = &self.frames_dir {
                 picture.write_png(&numbered(dir, frame))?;
             }
