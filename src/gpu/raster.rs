@@ -101,9 +101,12 @@ impl Raster {
             HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };
         let program = Program::new(gpu, info.name, interface, stages, &host)?;
         program
-            .build(&shaders, info.constants, "vkCreateGraphicsPipelines", |device, cache, stages, layout| {
-                create(device, cache, stages, layout, info)
-            })
+            .build(
+                &shaders,
+                info.constants,
+                "vkCreateGraphicsPipelines",
+                |device, cache, stages, layout, flags| create(device, cache, stages, (layout, flags), info),
+            )
             .map(Self)
     }
 
@@ -120,7 +123,7 @@ fn create(
     device: &ash::Device,
     cache: vk::PipelineCache,
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
-    layout: vk::PipelineLayout,
+    (layout, flags): (vk::PipelineLayout, vk::PipelineCreateFlags),
     info: &RasterInfo<'_>,
 ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
     let vertices = vk::PipelineVertexInputStateCreateInfo::default();
@@ -161,6 +164,7 @@ fn create(
         .color_attachment_formats(&formats)
         .depth_attachment_format(ImageUse::Depth.format());
     let pipeline = vk::GraphicsPipelineCreateInfo::default()
+        .flags(flags)
         .stages(stages)
         .vertex_input_state(&vertices)
         .input_assembly_state(&assembly)
