@@ -2,6 +2,7 @@
 //! GPU simulations for real-time scenes, in Vulkan and GLSL, each checked against an f64 twin on the CPU.
 //!
 //! - [`gpu`]: thin Vulkan core; a device of its own, or the caller's.
+//! - [`check`]: what a simulation says of a parameter that it cannot run with.
 //! - [`random`]: random numbers by hash, the same on every device.
 //! - [`prims`]: scan, compaction, counting sort.
 //! - [`mesh`]: triangles from files or made, posed on the GPU; no simulation uses them yet.
@@ -17,6 +18,7 @@
 #![warn(missing_docs)]
 
 pub mod ballistic;
+pub mod check;
 pub mod clock;
 pub mod disks;
 pub mod draw;

@@ -7,7 +7,7 @@ use whitecap::{gpu::reflect::reflect, shaders};
 
 /// Modules from the bottom up; one uses those below it, and simulations do not use each other.
 const LAYERS: &[&[&str]] = &[
-    &["gpu", "clock", "random"],
+    &["gpu", "clock", "check", "random"],
     &["prims", "mesh"],
     &["draw"],
     &["water", "particles", "ballistic", "disks"],

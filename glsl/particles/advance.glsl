@@ -26,7 +26,8 @@ layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in s
 layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Emitters { Emitter emitters[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Births { EmitterState births[]; };
-// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: a queue of free slots.
+// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: nothing, a free slot has its place in
+// the queue of free slots for a y.
 layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 
 const uint tile = group * items;
@@ -81,7 +82,7 @@ uint law_tick() { return p.now; }
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint t = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint sources = pool.sources, all = sources + pool.births;
+    uint sources = pool.sources, all = sources + pool.births - pool.taken;
     if (t * tile >= all) return;  // the whole workgroup
     uint start = p.now - p.dt_ticks;
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
@@ -108,22 +109,22 @@ void main() {
     }
     bool lives[items];
     float dt_s[items];
+    uint free_first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;  // before this step
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         uint v = t * tile + k * group + lane;
         dt_s[k] = p.dt_s;
         if (v < sources) {
             lives[k] = is_alive(it[k].born, start, p.life_ticks);
-            if (compaction == COMPACT_IN_PLACE) lives[k] = lives[k] && it[k].at_m.x != NOWHERE_M;
+            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
+                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+                uint place = floatBitsToUint(it[k].at_m.y);
+                uint j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
+                lives[k] = j < pool.taken;
+                if (lives[k]) it[k] = born_at(j, dt_s[k]);
+            }
         } else {
             lives[k] = v < all;
-            if (v < all) {
-                uint j = v - sources;
-                it[k] = born_at(j, dt_s[k]);
-                if (compaction == COMPACT_IN_PLACE) {
-                    slot[k] = j < pool.taken ? places[(pool.free_first + 2u * p.capacity - pool.taken + j) % (2u * p.capacity)]
-                                             : sources + (j - pool.taken);
-                }
-            }
+            if (lives[k]) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
         }
     }
 
@@ -172,9 +173,8 @@ void main() {
                 else atomicAdd(high_count, 1u);
             }
             if (compaction == COMPACT_IN_PLACE) {
-                uint q = atomicAdd(pool.free_count, 1u);
-                places[(pool.free_first + q) % (2u * p.capacity)] = slot[k];
-                it[k].at_m = vec3(NOWHERE_M);
+                uint place = (pool.free_first + atomicAdd(pool.free_count, 1u)) % (2u * p.capacity);
+                it[k].at_m = vec3(NOWHERE_M, uintBitsToFloat(place), NOWHERE_M);
             }
         }
     }

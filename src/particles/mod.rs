@@ -40,9 +40,9 @@ pub use law::compile_law;
 pub use law::Law;
 pub use pool::{Compaction, Counts, Layout, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Tuning};
 
+pub use crate::check::Invalid;
 use crate::gpu;
 use glam::Vec3;
-use std::fmt;
 
 /// Ticks of the clock of particles in a second.
 pub const TICKS_PER_S: u32 = 1 << 16;
@@ -118,25 +118,6 @@ pub struct StepParams {
     /// How many.
     pub emitters: u32,
 }
-
-/// A parameter out of its range: which, what it is, what is allowed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Invalid {
-    /// Name of the field.
-    pub key: &'static str,
-    /// Its value.
-    pub value: String,
-    /// What is allowed.
-    pub allowed: String,
-}
-
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
-    }
-}
-
-impl std::error::Error for Invalid {}
 
 /// What can go wrong with a pool.
 #[derive(Debug, thiserror::Error)]
