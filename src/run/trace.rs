@@ -84,9 +84,12 @@ impl Trace {
     }
 
     /// What ran: the name of the device, and whatever a reader of the trace should know.
-    pub fn describe(&self, device: &str, about: Value) {
+    pub fn describe(&self, device: &str, mut about: Value) {
         self.name(2, None, &format!("GPU: {device}"));
         let mut sink = self.sink();
+        if let Some(now_ns) = monotonic_ns() {
+            about["time_0_monotonic_ns"] = (now_ns - sink.ns(Instant::now())).into();
+        }
         let ts = sink.us(Instant::now());
         sink.line(json!({"ph": "i", "s": "g", "pid": 1, "tid": 1, "ts": ts, "name": "about", "args": about}));
     }
@@ -229,6 +232,17 @@ impl Drop for Sink {
     fn drop(&mut self) {
         let _ = self.finish(); // a run that fails says why by itself
     }
+}
+
+/// CLOCK_MONOTONIC, which other tools stamp with, too.
+fn monotonic_ns() -> Option<u64> {
+    #[cfg(unix)]
+    {
+        let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+        Some(now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64)
+    }
+    #[cfg(not(unix))]
+    None
 }
 
 /// Microseconds, with nanoseconds as decimals.
