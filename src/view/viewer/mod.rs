@@ -138,9 +138,12 @@ impl Viewer {
             World::of_size(&gpu, &scene, &plan, UVec2::from(frames.size().unwrap_or([width, height])))?;
         let painter = Painter::new(&gpu, &frames, &window)?;
         let clock = if options.has_times { gpu.clock()?.name() } else { "" };
-        let mut panel = Panel::default();
-        panel.is_open = options.has_panel;
-        (panel.has_times, panel.has_counters) = (options.has_times, options.has_times);
+        let panel = Panel {
+            is_open: options.has_panel,
+            has_times: options.has_times,
+            has_counters: options.has_times,
+            ..Panel::default()
+        };
         let home = world.camera();
         let json = serde_json::to_value(&scene).unwrap_or_default();
         let now = Instant::now();
