@@ -173,6 +173,7 @@ fn run_into(gpu: &Gpu, scene: &Scene, change: impl FnOnce(&mut RunOptions)) -> (
         hash_every: 0,
         checkpoint: None,
         resume: None,
+        profile: Default::default(),
     };
     change(&mut options);
     let plan = scene.plan().unwrap();
@@ -264,6 +265,7 @@ fn a_pool_goes_on_from_a_checkpoint_to_the_bit() {
         hash_every: 0,
         checkpoint: None,
         resume: Some(file),
+        profile: Default::default(),
     };
     let error = run::run(&gpu, &other, &other.plan().unwrap(), &options, |_| {}).unwrap_err();
     assert!(error.to_string().contains("of another scene"), "{error}");

@@ -98,6 +98,7 @@ fn what_is_given_is_what_is_gained() {
             hash_every: 0,
             checkpoint: None,
             resume: None,
+            profile: Default::default(),
         };
         let stats = whitecap::run::run(&gpu, &scene, &plan, &options, |_| ()).unwrap().stats;
         let water = &stats.waters[0];
@@ -252,6 +253,7 @@ fn a_dam_break_floods_dry_land_and_only_that() {
             hash_every: 0,
             checkpoint: None,
             resume: None,
+            profile: Default::default(),
         };
         let stats = whitecap::run::run(&gpu, &scene, &plan, &options, |_| ()).unwrap().stats;
         let water = &stats.waters[0];

@@ -259,6 +259,21 @@ fn shaders_are_read_again_and_broken_ones_change_nothing() {
     assert_eq!(after(&said, "hashes "), stats["waters"][0]["state_hash"].as_str().unwrap());
 }
 
+#[test]
+fn f9_traces_the_passes_of_frames() {
+    let (dir, script) = scripted("frames 2; key F9; frames 5; exit");
+    let out = dir.path().to_str().unwrap();
+    let args = ["pond", "--size", "160x100", "--no-panel", "--out", out, "--script", &script];
+    let Some(said) = view(&args) else { return };
+    assert!(said.contains("trace_001.json is written"), "{said}");
+    let text = fs::read_to_string(dir.path().join("trace_001.json")).unwrap();
+    let events: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
+    let of = |name: &str| events.iter().filter(|event| event["name"] == name).count();
+    // The last frames are on their way when the window closes.
+    assert!((3..=5).contains(&of("draw.scene")), "{} frames of 5", of("draw.scene"));
+    assert!(of("water.fused") >= of("draw.tonemap"), "a step a picture at the least");
+}
+
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {

@@ -1,17 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{print, print_json, Failure};
+use super::{pipelines, print, print_json, DeviceArgs, Failure};
 use clap::Args;
 use serde_json::{json, Value};
 use whitecap::gpu::{Adapter, Gpu};
 
 #[derive(Args)]
 pub struct DevicesArgs {
+    /// Build every pipeline on one device, and print what became of it: registers, spills, shared memory, occupancy
+    #[arg(long)]
+    pipelines: bool,
+    /// Only pipelines with such a part in the name, as `water.fused`
+    #[arg(value_name = "FILTER", requires = "pipelines")]
+    names: Vec<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
+    if args.pipelines {
+        let gpu = args.device.open_capturing()?;
+        pipelines::run(&gpu, &args.names, args.json)?;
+        return args.device.verdict(&gpu);
+    }
     let adapters = Gpu::adapters()?;
     if args.json {
         return print_json(&adapters.iter().map(as_json).collect::<Vec<_>>());

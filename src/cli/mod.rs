@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod devices;
 mod hardcases;
+mod pipelines;
 mod run;
 mod scenes;
 mod study_command;
@@ -75,6 +76,12 @@ impl DeviceArgs {
         GpuOptions { device: self.device.clone(), validate: self.validate, cache }
     }
 
+    /// As [`DeviceArgs::open`], to look at pipelines: none comes from a cache.
+    fn open_capturing(&self) -> Result<Gpu, Failure> {
+        let (device, validate) = (self.device.clone(), self.validate);
+        Ok(Gpu::capturing(&GpuOptions { device, validate, cache: None })?)
+    }
+
     /// What validation said, as a failure.
     fn verdict(&self, gpu: &Gpu) -> Result<(), Failure> {
         verdict(&gpu.messages())
@@ -121,7 +128,7 @@ impl From<gpu::Error> for Failure {
             it if it.is_device_lost() => 4,
             gpu::Error::Timeout { .. } => 4,
             it if it.is_out_of_memory() => 5,
-            gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } => 2,
+            gpu::Error::Limit { .. } | gpu::Error::NoSuchDevice { .. } | gpu::Error::NoClock { .. } => 2,
             gpu::Error::Loader(_)
             | gpu::Error::NoDevice { .. }
             | gpu::Error::NoGraphics { .. }
@@ -211,6 +218,7 @@ impl From<RunError> for Failure {
             RunError::Paint(error) => error.into(),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
+            RunError::NoRenderDoc => Self { code: 3, text: error.to_string() },
         }
     }
 }

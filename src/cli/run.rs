@@ -2,7 +2,10 @@
 use super::{check::SceneArgs, print, print_json, progress_bar, DeviceArgs, Failure};
 use clap::Args;
 use std::path::PathBuf;
-use whitecap::run::{self, RunOptions};
+use whitecap::{
+    gpu::Clock,
+    run::{self, trace::Trace, Profile, RunOptions},
+};
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -28,21 +31,39 @@ pub struct RunArgs {
     /// Go on from the state in this file, with the picture after it
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
+    /// Write what happened when to this file, which Perfetto opens: host, passes on the device, counters
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Count the invocations and vertices of each pass, for stats.json and the trace
+    #[arg(long)]
+    pass_statistics: bool,
+    /// Have RenderDoc, which must watch already, capture the picture of this number (the first is 0)
+    #[arg(long, value_name = "N")]
+    renderdoc_frame: Option<u32>,
+    /// Clock of the passes: the device's timestamps or a fence at both ends; which can be believed is found out by default
+    #[arg(long, value_name = "gpu|fence", value_parser = clock)]
+    clock: Option<Clock>,
     /// Print stats.json to standard output
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &RunArgs) -> Result<(), Failure> {
-    let scene = args.scene.load()?;
-    let plan = scene.plan()?; // what is wrong with it is said before a device is opened
-    let gpu = args.device.open()?;
+    #[cfg(feature = "tracy")]
+    let _tracy = tracy_client::Client::start();
+    let trace = args.trace.as_deref().map(Trace::create).transpose()?;
+    let scene = timed(&trace, "parse", || args.scene.load())?;
+    let plan = timed(&trace, "plan", || scene.plan())?; // what is wrong with it is said before a device is opened
+    let gpu = timed(&trace, "open the device", || args.device.open())?;
+    args.clock.map_or(Ok(()), |clock| gpu.believe(clock))?;
+    timed(&trace, "choose the clock", || gpu.clock())?;
     let options = RunOptions {
         out: args.out.clone(),
         has_frames: !args.no_frames,
         hash_every: args.hash_every,
         checkpoint: args.checkpoint.clone().map(|path| (path, args.checkpoint_every)),
         resume: args.resume.clone(),
+        profile: Profile { trace, statistics: args.pass_statistics, captured: args.renderdoc_frame },
     };
     if !args.json {
         let title = if scene.title.is_empty() { "untitled" } else { &scene.title };
@@ -70,4 +91,16 @@ pub fn run(args: &RunArgs) -> Result<(), Failure> {
         }
     }
     args.device.verdict(&gpu)
+}
+
+fn clock(text: &str) -> Result<Clock, String> {
+    let clocks = [Clock::Gpu, Clock::Fence];
+    clocks.into_iter().find(|it| it.name() == text).ok_or_else(|| "neither `gpu` nor `fence`".into())
+}
+
+fn timed<T>(trace: &Option<Trace>, name: &str, body: impl FnOnce() -> T) -> T {
+    match trace {
+        Some(trace) => trace.time(name, body),
+        None => body(),
+    }
 }

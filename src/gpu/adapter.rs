@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What devices there are, what each lacks, and the choice among them.
 
-use super::error::{Error, OrCall, Result};
-use ash::vk;
+use super::{
+    calibrate::extension,
+    error::{Error, OrCall, Result},
+    RenderDoc,
+};
+use ash::{khr, vk};
 use std::ffi::CStr;
 
 /// One physical device, described.
@@ -33,6 +37,11 @@ pub struct Adapter {
     pub(super) has_graphics: bool,
     pub(super) timestamp_bits: u32,
     pub(super) is_portability_subset: bool,
+    pub(super) is_null: bool,
+    /// Has as extensions what is needed of Vulkan 1.3.
+    pub(super) is_by_extensions: bool,
+    /// Extension by which the GPU's clock can be told from the host's.
+    pub(super) calibration: Option<&'static CStr>,
     rank: u32,
 }
 
@@ -56,7 +65,10 @@ impl Adapter {
         let find = |flags| families.iter().position(|f| f.queue_flags.contains(flags));
         let (compute, graphics) = (vk::QueueFlags::COMPUTE, vk::QueueFlags::GRAPHICS);
         let family = find(compute | graphics).or_else(|| find(compute));
-        let has_graphics = family.is_some_and(|f| families[f].queue_flags.contains(graphics));
+        // RADV_FORCE_FAMILY gives a device without hardware, to see what kernels compile to. It makes no images, and
+        // nothing can be submitted.
+        let is_null = name.starts_with("Null hardware");
+        let has_graphics = !is_null && family.is_some_and(|f| families[f].queue_flags.contains(graphics));
         if family.is_none() {
             missing.push("a compute queue".into());
         }
@@ -77,9 +89,17 @@ impl Adapter {
             has_graphics,
             timestamp_bits: family.map_or(0, |f| families[f].timestamp_valid_bits),
             is_portability_subset: false,
+            is_null,
+            is_by_extensions: false,
+            calibration: None,
             rank: rank(props.device_type),
         };
-        if props.api_version < vk::API_VERSION_1_3 {
+        // Where buffers' addresses cannot be replayed, RenderDoc says 1.2 of a device of 1.3, and has what is needed here as
+        // extensions. Lavapipe is one.
+        described.is_by_extensions = props.api_version >= vk::API_VERSION_1_2
+            && props.api_version < vk::API_VERSION_1_3
+            && RenderDoc::watching().is_some();
+        if props.api_version < vk::API_VERSION_1_3 && !described.is_by_extensions {
             described.missing.push(format!("Vulkan 1.3 (it has {})", version(props.api_version)));
             return Ok(described);
         }
@@ -128,13 +148,15 @@ impl Adapter {
 
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
-        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        let mut three = Extensions13::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12);
+        features = if self.is_by_extensions { three.push(features) } else { features.push_next(&mut v13) };
         unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
         let base = features.features;
         let needed = [
-            ("synchronization2", v13.synchronization2),
-            ("dynamicRendering", v13.dynamic_rendering),
-            ("maintenance4", v13.maintenance4),
+            ("synchronization2", v13.synchronization2 | three.synchronization2.synchronization2),
+            ("dynamicRendering", v13.dynamic_rendering | three.dynamic_rendering.dynamic_rendering),
+            ("maintenance4", v13.maintenance4 | three.maintenance4.maintenance4),
         ];
         self.missing
             .extend(needed.iter().filter(|(_, has)| *has == vk::FALSE).map(|(name, _)| name.to_string()));
@@ -160,7 +182,13 @@ impl Adapter {
                 vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE,
             )
         };
-        self.is_portability_subset = has(ash::khr::portability_subset::NAME);
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        if has(khr::pipeline_executable_properties::NAME) {
+            let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
+            unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
+        }
+        self.is_portability_subset = has(khr::portability_subset::NAME);
+        self.calibration = extension(has);
         self.optional = vec![
             ("graphics queue", self.has_graphics),
             ("geometryShader", base.geometry_shader == vk::TRUE),
@@ -183,7 +211,8 @@ impl Adapter {
             ),
             ("fillModeNonSolid", base.fill_mode_non_solid == vk::TRUE),
             ("pipelineStatisticsQuery", base.pipeline_statistics_query == vk::TRUE),
-            ("pipeline executable properties", has(ash::khr::pipeline_executable_properties::NAME)),
+            ("pipeline executable properties", executables.pipeline_executable_info == vk::TRUE),
+            ("calibrated timestamps", self.calibration.is_some()),
             ("shaderFloat16", v12.shader_float16 == vk::TRUE),
             ("subgroup ballot", has_subgroup(vk::SubgroupFeatureFlags::BALLOT)),
             ("subgroup arithmetic", has_subgroup(vk::SubgroupFeatureFlags::ARITHMETIC)),
@@ -223,6 +252,40 @@ impl Adapter {
             _ if wanted.is_empty() => false,
             _ => wanted.replace('-', "") == self.uuid || self.name.to_lowercase().contains(&wanted),
         }
+    }
+}
+
+/// What is needed of Vulkan 1.3, as extensions.
+#[derive(Default)]
+pub(super) struct Extensions13 {
+    synchronization2: vk::PhysicalDeviceSynchronization2Features<'static>,
+    dynamic_rendering: vk::PhysicalDeviceDynamicRenderingFeatures<'static>,
+    maintenance4: vk::PhysicalDeviceMaintenance4Features<'static>,
+}
+
+impl Extensions13 {
+    pub const NAMES: [&'static CStr; 3] =
+        [khr::synchronization2::NAME, khr::dynamic_rendering::NAME, khr::maintenance4::NAME];
+
+    /// All of them switched on.
+    pub fn on() -> Self {
+        Self {
+            synchronization2: vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true),
+            dynamic_rendering: vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true),
+            maintenance4: vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true),
+        }
+    }
+
+    fn push<'a>(&'a mut self, to: vk::PhysicalDeviceFeatures2<'a>) -> vk::PhysicalDeviceFeatures2<'a> {
+        to.push_next(&mut self.synchronization2)
+            .push_next(&mut self.dynamic_rendering)
+            .push_next(&mut self.maintenance4)
+    }
+
+    pub fn push_on<'a>(&'a mut self, to: vk::DeviceCreateInfo<'a>) -> vk::DeviceCreateInfo<'a> {
+        to.push_next(&mut self.synchronization2)
+            .push_next(&mut self.dynamic_rendering)
+            .push_next(&mut self.maintenance4)
     }
 }
 

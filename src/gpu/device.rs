@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 use super::{
-    adapter::Adapter,
+    adapter::{Adapter, Extensions13},
     cache::PipelineCache,
+    calibrate::Calibrated,
     error::{Error, OrCall, Result},
+    executables::Captured,
     instance::{Instance, Messages},
     timing::Clock,
 };
@@ -53,6 +55,8 @@ pub(super) struct Inner {
     allocator: Mutex<ga::Allocator>,
     pub debug: Option<ext::debug_utils::Device>,
     pub stream: Option<ext::transform_feedback::Device>,
+    pub calibrated: Option<Calibrated>,
+    pub captured: Option<Captured>,
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
@@ -87,7 +91,7 @@ impl Drop for Device {
 impl Drop for Inner {
     fn drop(&mut self) {
         // Runs before the fields drop. An error here is a lost device: there is nothing left to wait for.
-        if self.device.is_owned {
+        if self.device.is_owned && !self.adapter.is_null {
             let _ = unsafe { self.device.device_wait_idle() };
         }
     }
@@ -99,9 +103,21 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] says, device by device, what was missing.
     pub fn headless(options: &GpuOptions) -> Result<Self> {
+        Self::without_window(options, false)
+    }
+
+    /// As [`Gpu::headless`], and what the driver makes of each pipeline is kept: [`Gpu::pipelines`]. Compiling takes longer.
+    ///
+    /// # Errors
+    /// As [`Gpu::headless`].
+    pub fn capturing(options: &GpuOptions) -> Result<Self> {
+        Self::without_window(options, true)
+    }
+
+    fn without_window(options: &GpuOptions, captures: bool) -> Result<Self> {
         let instance = Instance::new(options.validate, &[])?;
         let adapter = Adapter::choose(Adapter::all(&instance.raw)?, options.device.as_deref())?;
-        Self::open(options, instance, adapter, &[])
+        Self::open(options, instance, adapter, (captures, &[]))
     }
 
     /// `more` are extensions of the device.
@@ -109,18 +125,23 @@ impl Gpu {
         options: &GpuOptions,
         instance: Instance,
         adapter: Adapter,
-        more: &[&CStr],
+        (captures, more): (bool, &[&CStr]),
     ) -> Result<Self> {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
         let has_stream = adapter.has("transform feedback");
+        let says_executables = captures && adapter.has("pipeline executable properties");
         let wanted = [
             (adapter.is_portability_subset, khr::portability_subset::NAME),
             (has_stream, ext::transform_feedback::NAME),
+            (says_executables, khr::pipeline_executable_properties::NAME),
         ];
-        let wanted = wanted.iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, name)| name);
-        let extensions: Vec<_> = wanted.chain(more).map(|name| name.as_ptr()).collect();
+        let wanted = wanted.into_iter().filter_map(|(is_wanted, name)| is_wanted.then_some(name));
+        let three: &[&CStr] = if adapter.is_by_extensions { &Extensions13::NAMES } else { &[] };
+        let wanted =
+            wanted.chain(adapter.calibration).chain(three.iter().copied()).chain(more.iter().copied());
+        let extensions: Vec<_> = wanted.map(CStr::as_ptr).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
@@ -131,6 +152,7 @@ impl Gpu {
             .geometry_shader(adapter.has("geometryShader"))
             .shader_clip_distance(adapter.has("shaderClipDistance"))
             .fragment_stores_and_atomics(adapter.has("fragmentStoresAndAtomics"))
+            .pipeline_statistics_query(adapter.has("pipelineStatisticsQuery"))
             .shader_int64(has_wide_atomics);
         let has_layers = adapter.has("shaderOutputLayer");
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
@@ -142,13 +164,20 @@ impl Gpu {
             .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
-            .push_next(&mut v12)
-            .push_next(&mut v13);
+            .push_next(&mut v12);
+        let mut three = Extensions13::on();
+        info = if adapter.is_by_extensions { three.push_on(info) } else { info.push_next(&mut v13) };
         if has_stream {
             info = info.push_next(&mut stream);
         }
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        if says_executables {
+            info = info.push_next(&mut executables);
+        }
         let raw = unsafe { instance.raw.create_device(adapter.physical, &info, None) }
             .or_call_for("vkCreateDevice", &adapter.name)?;
+        let raw = if adapter.is_by_extensions { by_extensions(&instance.raw, raw.handle()) } else { raw };
         let device = Device { raw, is_owned: true };
         let queue = unsafe { device.get_device_queue(adapter.family, 0) };
         let (raw_instance, has_debug_utils) = (instance.raw.clone(), instance.has_debug_utils);
@@ -162,6 +191,7 @@ impl Gpu {
             instance: Some(instance),
             messages,
             cache: options.cache.clone(),
+            captures,
         })
     }
 
@@ -194,6 +224,7 @@ impl Gpu {
             instance: None,
             messages: Arc::default(),
             cache: None,
+            captures: false,
         })
     }
 
@@ -211,12 +242,24 @@ impl Gpu {
             parts.has_debug_utils.then(|| ext::debug_utils::Device::new(parts.raw_instance, &parts.device));
         let stream = (parts.device.is_owned && parts.adapter.has("transform feedback"))
             .then(|| ext::transform_feedback::Device::new(parts.raw_instance, &parts.device));
+        let calibrated = if parts.device.is_owned {
+            Calibrated::load(parts.raw_instance, &parts.device, &parts.adapter)
+        } else {
+            None // which extensions a caller's device has cannot be asked
+        };
+        let captured = parts.captures.then(|| Captured {
+            api: (parts.adapter.has("pipeline executable properties"))
+                .then(|| khr::pipeline_executable_properties::Device::new(parts.raw_instance, &parts.device)),
+            found: Mutex::default(),
+        });
         let cache = PipelineCache::open(&parts.device, &parts.adapter, parts.cache)?;
         let gpu = Self(Arc::new(Inner {
             cache,
             allocator: Mutex::new(allocator),
             debug,
             stream,
+            calibrated,
+            captured,
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
@@ -227,7 +270,9 @@ impl Gpu {
             messages: parts.messages,
         }));
         if gpu.0.instance.is_some() {
+            gpu.set_name(gpu.device().handle(), "whitecap.device");
             gpu.set_name(*gpu.queue(), "whitecap.queue");
+            gpu.set_name(gpu.0.cache.raw, "whitecap.pipelines");
         }
         Ok(gpu)
     }
@@ -297,6 +342,11 @@ impl Gpu {
         self.0.stream.is_some()
     }
 
+    /// Whether passes can be counted: [`Submitter::watching`](super::Submitter::watching); on a caller's device never.
+    pub fn has_statistics(&self) -> bool {
+        self.0.device.is_owned && self.0.adapter.has("pipelineStatisticsQuery")
+    }
+
     /// Samples a pixel that pictures are drawn with: 4 where the device has them for colour and depth, else 1.
     pub fn samples(&self) -> u32 {
         let limits = self.limits();
@@ -355,6 +405,20 @@ impl Gpu {
     }
 }
 
+/// The device with the functions of its extensions where it has not those of Vulkan 1.3: they are the same.
+fn by_extensions(instance: &ash::Instance, device: vk::Device) -> ash::Device {
+    // SAFETY: names end in a zero, and what is found is the function of that name.
+    let find = |name: &CStr| unsafe {
+        let found = (instance.fp_v1_0().get_device_proc_addr)(device, name.as_ptr());
+        found.or_else(|| {
+            let khr = CString::new([name.to_bytes(), b"KHR"].concat()).ok()?;
+            (instance.fp_v1_0().get_device_proc_addr)(device, khr.as_ptr())
+        })
+    };
+    let find = |name: &CStr| find(name).map_or(std::ptr::null(), |it| it as *const std::ffi::c_void);
+    unsafe { ash::Device::load_with(find, device) }
+}
+
 struct Assembly<'a> {
     raw_instance: &'a ash::Instance,
     has_debug_utils: bool,
@@ -364,4 +428,5 @@ struct Assembly<'a> {
     instance: Option<Instance>,
     messages: Arc<Messages>,
     cache: Option<PathBuf>,
+    captures: bool,
 }

@@ -75,6 +75,14 @@ pub enum Error {
         /// The feature, by Vulkan's name where it has one.
         what: &'static str,
     },
+    /// It cannot be timed that way.
+    #[error("{device}: `{clock}` cannot be its clock: it has no timestamps, or another one is in use")]
+    NoClock {
+        /// Name of the device.
+        device: String,
+        /// Name of the clock.
+        clock: &'static str,
+    },
     /// There is no Vulkan loader on this machine.
     #[error("no Vulkan loader (libvulkan1 in Debian): {0}")]
     Loader(#[from] ash::LoadingError),

@@ -55,8 +55,9 @@ impl Kernel {
             &[shader],
             info.constants,
             "vkCreateComputePipelines",
-            |device, cache, stages, layout| {
-                let pipeline = vk::ComputePipelineCreateInfo::default().stage(stages[0]).layout(layout);
+            |device, cache, stages, layout, flags| {
+                let pipeline =
+                    vk::ComputePipelineCreateInfo::default().flags(flags).stage(stages[0]).layout(layout);
                 unsafe { device.create_compute_pipelines(cache, &[pipeline], None) }
             },
         )?;

@@ -9,8 +9,10 @@ mod access;
 mod adapter;
 mod buffer;
 mod cache;
+mod calibrate;
 mod device;
 mod error;
+mod executables;
 #[cfg(feature = "tools")]
 pub mod glsl;
 mod image;
@@ -23,17 +25,23 @@ mod recorder;
 pub mod reflect;
 #[cfg(feature = "viewer")]
 pub mod reload;
+mod renderdoc;
+mod shared;
+mod statistics;
 mod stream;
 mod submit;
 mod timing;
 #[cfg(feature = "viewer")]
 pub mod window;
+mod zone;
 
 pub use access::Access;
 pub use adapter::Adapter;
 pub use buffer::{Buffer, Residence};
+pub use calibrate::Placed;
 pub use device::{External, Gpu, GpuOptions};
 pub use error::{Error, Result};
+pub use executables::{Executable, PipelineReport, Statistic};
 pub use image::{Image, ImageUse};
 pub use instance::Messages;
 pub use kernel::{Kernel, KernelInfo};
@@ -41,9 +49,12 @@ pub use layers::LayersTarget;
 pub use program::{Bound, Resource};
 pub use raster::{Attachments, Blend, Depth, Raster, RasterInfo, Topology};
 pub use recorder::{Recorder, Target};
+pub use renderdoc::RenderDoc;
+pub use statistics::Statistics;
 pub use stream::{Stream, StreamDraw, StreamInfo};
-pub use submit::{SpanTime, Submitter, Times};
+pub use submit::{HostTime, SpanTime, Submitter, Times};
 pub use timing::Clock;
+pub use zone::Zone;
 
 /// A compiler of GLSL at run time, which knows the files that this crate's own shaders include.
 ///

@@ -76,12 +76,14 @@ impl Program {
         let set = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
         program.set_layout = unsafe { gpu.device().create_descriptor_set_layout(&set, None) }
             .or_call_for("vkCreateDescriptorSetLayout", &program.text())?;
+        gpu.set_name(program.set_layout, &program.text());
         let sets = [program.set_layout];
         let push = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: host.push_bytes as u32 }];
         let push = if host.push_bytes > 0 { &push[..] } else { &[] };
         let layout = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(push);
         program.layout = unsafe { gpu.device().create_pipeline_layout(&layout, None) }
             .or_call_for("vkCreatePipelineLayout", &program.text())?;
+        gpu.set_name(program.layout, &program.text());
         Ok(program)
     }
 
@@ -96,6 +98,7 @@ impl Program {
             vk::PipelineCache,
             &[vk::PipelineShaderStageCreateInfo<'_>],
             vk::PipelineLayout,
+            vk::PipelineCreateFlags,
         ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
     ) -> Result<Arc<Self>> {
         let gpu = self.gpu.clone();
@@ -104,12 +107,13 @@ impl Program {
             let info = vk::ShaderModuleCreateInfo::default().code(&words);
             let module = unsafe { gpu.device().create_shader_module(&info, None) }
                 .or_call_for("vkCreateShaderModule", &self.text())?;
+            gpu.set_name(module, &format!("{} ({:?})", self.text(), shader.stage));
             self.modules.push(module);
         }
         let entries: Vec<_> = (0..constants.len() as u32)
             .map(|id| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
             .collect();
-        let constants =
+        let specialization =
             vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
         let stages: Vec<_> = shaders
             .iter()
@@ -119,17 +123,18 @@ impl Program {
                     .stage(shader.stage)
                     .module(module)
                     .name(c"main")
-                    .specialization_info(&constants)
+                    .specialization_info(&specialization)
             })
             .collect();
-        let made = create(gpu.device(), gpu.0.cache.raw, &stages, self.layout);
+        let made = create(gpu.device(), gpu.0.cache.raw, &stages, self.layout, gpu.pipeline_flags());
         self.pipeline = made.map_err(|(_, code)| code).or_call_for(call, &self.text())?[0];
         gpu.0.cache.is_stale.store(true, std::sync::atomic::Ordering::Relaxed);
         gpu.set_name(self.pipeline, &self.text());
+        gpu.report(&self, shaders, constants)?;
         Ok(Arc::new(self))
     }
 
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         text(&self.name)
     }
 }
@@ -233,6 +238,7 @@ impl Bound {
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         bound.pool = unsafe { device.create_descriptor_pool(&pool, None) }
             .or_call_for("vkCreateDescriptorPool", &program.text())?;
+        program.gpu.set_name(bound.pool, &program.text());
         let layouts = [program.set_layout];
         let set = vk::DescriptorSetAllocateInfo::default().descriptor_pool(bound.pool).set_layouts(&layouts);
         bound.set = unsafe { device.allocate_descriptor_sets(&set) }

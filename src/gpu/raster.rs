@@ -122,9 +122,14 @@ impl Raster {
             HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };
         let program = Program::new(gpu, info.name, interface, stages, &host)?;
         program
-            .build(&shaders, info.constants, "vkCreateGraphicsPipelines", |device, cache, stages, layout| {
-                create(device, cache, stages, layout, info, attachments)
-            })
+            .build(
+                &shaders,
+                info.constants,
+                "vkCreateGraphicsPipelines",
+                |device, cache, stages, layout, flags| {
+                    create(device, cache, stages, (layout, flags), info, attachments)
+                },
+            )
             .map(Self)
     }
 
@@ -141,7 +146,7 @@ fn create(
     device: &ash::Device,
     cache: vk::PipelineCache,
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
-    layout: vk::PipelineLayout,
+    (layout, flags): (vk::PipelineLayout, vk::PipelineCreateFlags),
     info: &RasterInfo<'_>,
     onto: Attachments,
 ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
@@ -195,6 +200,7 @@ fn create(
         .color_attachment_formats(formats)
         .depth_attachment_format(depth_format);
     let pipeline = vk::GraphicsPipelineCreateInfo::default()
+        .flags(flags)
         .stages(stages)
         .vertex_input_state(&vertices)
         .input_assembly_state(&assembly)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, Result, StreamDraw};
+use super::{program::Bound, submit::Flush, Access, Buffer, Gpu, Image, StreamDraw};
 use ash::vk;
 use std::{ffi::CStr, slice};
 
@@ -25,10 +25,23 @@ pub struct Recorder<'g> {
     pub(super) gpu: &'g Gpu,
     pub(super) cmd: vk::CommandBuffer,
     queries: vk::QueryPool,
+    statistics: vk::QueryPool,
     room: usize,
     spans: Vec<&'static CStr>,
+    untimed: usize,
     flush: Option<Box<dyn Flush + 'g>>,
     keep: Option<Vec<Kept>>,
+}
+
+/// What a recorder leaves.
+pub(super) struct Recorded<'g> {
+    /// Names of the timed spans.
+    pub spans: Vec<&'static CStr>,
+    /// Spans that there was no room to time.
+    pub untimed: usize,
+    pub flush: Option<Box<dyn Flush + 'g>>,
+    /// What must live until the GPU is done.
+    pub kept: Vec<Kept>,
 }
 
 /// What a submission uses.
@@ -45,7 +58,17 @@ impl<'g> Recorder<'g> {
     /// the recorder. Everything that is recorded lives until the GPU has run `cmd`. Draws are recorded inside
     /// [`Recorder::render`], and nothing else is.
     pub unsafe fn new(gpu: &'g Gpu, cmd: vk::CommandBuffer) -> Self {
-        Self { gpu, cmd, queries: vk::QueryPool::null(), room: 0, spans: Vec::new(), flush: None, keep: None }
+        Self {
+            gpu,
+            cmd,
+            queries: vk::QueryPool::null(),
+            statistics: vk::QueryPool::null(),
+            room: 0,
+            spans: Vec::new(),
+            untimed: 0,
+            flush: None,
+            keep: None,
+        }
     }
 
     /// Times the first `room` spans by `2 * room` timestamps in `queries`: span `i` begins at query `2 i` and ends at
@@ -55,6 +78,12 @@ impl<'g> Recorder<'g> {
     /// `queries` is of timestamps, has `2 * room` of them, and they are reset before.
     pub unsafe fn timed(mut self, queries: vk::QueryPool, room: usize) -> Self {
         (self.queries, self.room) = (queries, room);
+        self
+    }
+
+    /// Counts what each timed span makes the device do, span `i` by query `i` of `statistics`, which are reset before.
+    pub(super) fn counted(mut self, statistics: vk::QueryPool) -> Self {
+        self.statistics = statistics;
         self
     }
 
@@ -81,10 +110,10 @@ impl<'g> Recorder<'g> {
         &self.spans
     }
 
-    /// Names of the timed spans, their times by the fence, and what must live until the GPU is done.
-    pub(super) fn finish(self) -> (Vec<&'static CStr>, Result<Vec<f64>>, Vec<Kept>) {
-        let times = self.flush.map_or(Ok(Vec::new()), |mut flush| flush.times());
-        (self.spans, times, self.keep.unwrap_or_default())
+    /// What is left when all is recorded.
+    pub(super) fn finish(self) -> Recorded<'g> {
+        let (spans, untimed, flush) = (self.spans, self.untimed, self.flush);
+        Recorded { spans, untimed, flush, kept: self.keep.unwrap_or_default() }
     }
 
     /// The command buffer, for what this crate does not record.
@@ -94,16 +123,27 @@ impl<'g> Recorder<'g> {
 
     /// One pass: `body` between a debug label for the capture tools and, when timed, two stamps. Spans do not nest.
     pub fn span(&mut self, name: &'static CStr, body: impl FnOnce(&mut Self)) {
-        let query = (self.spans.len() < self.room).then(|| 2 * self.spans.len() as u32);
+        let query = (self.spans.len() < self.room).then_some(2 * self.spans.len() as u32);
         if query.is_some() {
             self.spans.push(name);
             self.stamp(query);
+        } else {
+            self.untimed += 1;
         }
+        let counter = query.filter(|_| self.statistics != vk::QueryPool::null()).map(|begin| begin / 2);
         if let Some(debug) = &self.gpu.0.debug {
             let label = vk::DebugUtilsLabelEXT::default().label_name(name);
             unsafe { debug.cmd_begin_debug_utils_label(self.cmd, &label) };
         }
+        let device = self.gpu.device();
+        if let Some(counter) = counter {
+            let exactly = vk::QueryControlFlags::empty(); // precision is of occlusion only
+            unsafe { device.cmd_begin_query(self.cmd, self.statistics, counter, exactly) };
+        }
         body(self);
+        if let Some(counter) = counter {
+            unsafe { device.cmd_end_query(self.cmd, self.statistics, counter) };
+        }
         if let Some(debug) = &self.gpu.0.debug {
             unsafe { debug.cmd_end_debug_utils_label(self.cmd) };
         }

@@ -76,6 +76,7 @@ fn create(
     cache: vk::PipelineCache,
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     layout: vk::PipelineLayout,
+    flags: vk::PipelineCreateFlags,
 ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
     let vertices = vk::PipelineVertexInputStateCreateInfo::default();
     let points =
@@ -84,6 +85,7 @@ fn create(
         vk::PipelineRasterizationStateCreateInfo::default().rasterizer_discard_enable(true).line_width(1.0);
     let mut nothing = vk::PipelineRenderingCreateInfo::default();
     let pipeline = vk::GraphicsPipelineCreateInfo::default()
+        .flags(flags)
         .stages(stages)
         .vertex_input_state(&vertices)
         .input_assembly_state(&points)

@@ -3,6 +3,7 @@
 //! timestamps are checked once against the fence, and every result names the clock that it was taken with.
 
 use super::{
+    error::Error,
     submit::{Submitter, Times},
     Access, Buffer, Gpu, Kernel, KernelInfo, Residence, Result,
 };
@@ -39,6 +40,18 @@ struct Params {
 }
 
 impl Gpu {
+    /// Takes `clock` for the clock of this device, whatever a check would say: before the first [`Gpu::clock`].
+    ///
+    /// # Errors
+    /// [`Error::NoClock`] if the device has no timestamps, or another clock has been chosen already.
+    pub fn believe(&self, clock: Clock) -> Result<()> {
+        let has_it = clock == Clock::Fence || self.0.adapter.timestamp_bits > 0;
+        if !has_it || *self.0.clock.get_or_init(|| clock) != clock {
+            return Err(Error::NoClock { device: self.name().into(), clock: clock.name() });
+        }
+        Ok(())
+    }
+
     /// The clock of this device, found at the first call.
     ///
     /// # Errors

@@ -71,6 +71,20 @@ impl Flow {
     fn count(&self) -> u32 {
         (self.params.births * self.params.burst).min(self.capacity)
     }
+
+    fn counts(&self) -> EmitterStats {
+        let burst = u64::from(self.params.burst);
+        let births = u64::from(self.params.newest) + (u64::from(self.params.newest_high) << 32) + 1;
+        let (born, alive) = (births * burst, u64::from(self.params.births) * burst);
+        EmitterStats {
+            name: self.name.clone(),
+            born,
+            alive,
+            dropped: alive - u64::from(self.count()),
+            aged: born - alive,
+            ..EmitterStats::default()
+        }
+    }
 }
 
 /// What one emitter is on the GPU.
@@ -429,26 +443,25 @@ impl Emitters {
         self.sources.iter().map(of).collect()
     }
 
+    /// What became of the particles so far, without the hash of what lives.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn counts(&self) -> Result<Vec<EmitterStats>, RunError> {
+        let of = |source: &Source| match source {
+            Source::Flow(flow) => Ok(flow.counts()),
+            Source::Swarm(swarm) => swarm.counts(),
+        };
+        self.sources.iter().map(of).collect()
+    }
+
     /// What became of the particles.
     ///
     /// # Errors
     /// The device's.
     pub fn stats(&self) -> Result<Vec<EmitterStats>, RunError> {
         let of = |source: &Source| match source {
-            Source::Flow(flow) => {
-                let burst = u64::from(flow.params.burst);
-                let births = u64::from(flow.params.newest) + (u64::from(flow.params.newest_high) << 32) + 1;
-                let (born, alive) = (births * burst, u64::from(flow.params.births) * burst);
-                let drawn = u64::from(flow.count());
-                Ok(EmitterStats {
-                    name: flow.name.clone(),
-                    born,
-                    alive,
-                    dropped: alive - drawn,
-                    aged: born - alive,
-                    ..EmitterStats::default()
-                })
-            }
+            Source::Flow(flow) => Ok(flow.counts()),
             Source::Swarm(swarm) => swarm.stats(),
         };
         self.sources.iter().map(of).collect()

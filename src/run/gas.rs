@@ -76,6 +76,14 @@ impl Gas {
         Ok(())
     }
 
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub fn steps(&self) -> u64 {
+        self.taken
+    }
+
     pub fn before_drawing(&self, rec: &mut Recorder<'_>) {
         rec.barrier(Sorted::EXIT, DisksDraw::ENTRY);
     }

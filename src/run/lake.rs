@@ -300,6 +300,31 @@ impl Lake {
         self.clock.steps()
     }
 
+    /// As in the scene.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Columns of the grid.
+    pub fn columns(&self) -> u64 {
+        self.surface.cells.as_u64vec2().element_product()
+    }
+
+    /// Not simulated so far (s).
+    pub fn lost_s(&self) -> f64 {
+        self.clock.lost_s()
+    }
+
+    /// Disturbances that did not fit in the list.
+    pub fn dropped(&self) -> u64 {
+        self.not_listed
+    }
+
+    /// Gained since the start (m^3): reads the whole grid back.
+    pub fn volume_gain_m3(&self, gpu: &Gpu) -> Result<f64, sim::Error> {
+        Ok(self.basin.tally(gpu, self.depth_m)?.gain_m3 - self.start_gain_m3)
+    }
+
     /// The whole state.
     pub fn state(&self, gpu: &Gpu) -> Result<Vec<f32>, sim::Error> {
         self.basin.download(gpu)

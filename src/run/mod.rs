@@ -15,6 +15,9 @@ pub mod picture;
 mod room;
 pub mod stats;
 pub mod swarm;
+pub mod trace;
+#[cfg(feature = "tracy")]
+mod tracy;
 
 pub use falls::Falls;
 pub use live::{Counters, Left, Ray, Touched};
@@ -22,7 +25,7 @@ pub use live::{Counters, Left, Ray, Touched};
 use crate::{
     ballistic::GroundGrid,
     draw::{shadow::Shadow, Camera, Layers, Stage, View},
-    gpu::{self, Gpu, Recorder, Submitter},
+    gpu::{self, Gpu, HostTime, Recorder, RenderDoc, Submitter, Zone},
     mesh::MeshesError,
     particles,
     scene::{self, Plan, Scene},
@@ -38,12 +41,14 @@ use picture::{contact_sheet, Picture};
 use room::Room;
 use stats::Stats;
 use std::{
+    ffi::CString,
     fs,
     path::{Path, PathBuf},
     sync::mpsc,
     thread,
     time::Instant,
 };
+use trace::{Trace, Track};
 
 /// What to write, and where.
 #[derive(Clone, Debug)]
@@ -58,6 +63,30 @@ pub struct RunOptions {
     pub checkpoint: Option<(PathBuf, u32)>,
     /// Go on from this state, with the picture after it.
     pub resume: Option<PathBuf>,
+    /// How the run is watched.
+    pub profile: Profile,
+}
+
+/// How a run is watched. It costs nothing where nothing is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Profile {
+    /// Write what happens when.
+    pub trace: Option<Trace>,
+    /// Count what each pass makes the device do, for `stats.json` and the trace.
+    pub statistics: bool,
+    /// Have RenderDoc capture the picture of this number.
+    pub captured: Option<u32>,
+}
+
+impl Profile {
+    /// `body`, as a span of the trace.
+    fn time<T>(&self, name: &str, body: impl FnOnce() -> T) -> T {
+        let _zone = Zone::new(name);
+        match &self.trace {
+            Some(trace) => trace.time(name, body),
+            None => body(),
+        }
+    }
 }
 
 /// What was written.
@@ -96,13 +125,23 @@ pub enum RunError {
     /// A file that cannot be written.
     #[error(transparent)]
     File(#[from] atomic::FileError),
+    /// A capture was asked for, and nobody is there to take it.
+    #[error(
+        "RenderDoc does not watch: run through `renderdoccmd capture -w whitecap run ...`, or with \
+         ENABLE_VULKAN_RENDERDOC_CAPTURE=1 in the environment"
+    )]
+    NoRenderDoc,
     /// A file that is no state of this scene.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
 }
 
-/// Spans that are timed in one picture; further steps are not.
+/// Spans that are timed in one submission; further steps are not.
 const SPANS: usize = 64;
+/// The same where all of them are wanted.
+const ALL_SPANS: usize = 4096;
+/// Columns of water that a picture counts for the trace: more are counted every so many pictures.
+const COUNTED_COLUMNS: u64 = 1 << 18;
 /// Pictures on a contact sheet.
 const SHEET: u32 = 12;
 
@@ -178,14 +217,16 @@ impl World {
                     self.stage.record_readback(rec);
                 }
             })?;
-            times.spans.extend(part.spans);
-            times.wall_ms += part.wall_ms;
+            times.add(part);
             if done? {
                 break;
             }
         }
         let [width, height] = self.stage.size().to_array();
-        Ok((Picture { width, height, rgba: self.stage.read() }, times))
+        let start = Instant::now();
+        let picture = Picture { width, height, rgba: self.stage.read() };
+        times.host.push(HostTime::until_now("read back", start));
+        Ok((picture, times))
     }
 
     /// Lets `frame_s` pass: [`World::record`] then records the steps that are due.
@@ -318,6 +359,26 @@ impl World {
         Ok(hashes)
     }
 
+    /// What there is now, for the trace of the picture of this number.
+    fn count(&self, gpu: &Gpu, picture: u32, trace: &Trace) -> Result<(), RunError> {
+        for lake in &self.lakes {
+            let every = lake.columns().div_ceil(COUNTED_COLUMNS).max(1);
+            let mut values = vec![("lost_s", lake.lost_s()), ("dropped", lake.dropped() as f64)];
+            if u64::from(picture).is_multiple_of(every) {
+                values.push(("volume_gain_m3", lake.volume_gain_m3(gpu)?));
+            }
+            trace.counter(&format!("water {}", lake.name()), &values);
+        }
+        for it in self.emitters.counts()? {
+            let values = [("alive", it.alive), ("born", it.born), ("dropped", it.dropped)];
+            trace.counter(&format!("particles {}", it.name), &values.map(|(key, n)| (key, n as f64)));
+        }
+        for gas in &self.gases {
+            trace.counter(&format!("disks {}", gas.name()), &[("steps", gas.steps() as f64)]);
+        }
+        Ok(())
+    }
+
     /// The state after the picture of this number.
     ///
     /// # Errors
@@ -439,6 +500,7 @@ pub fn run(
         simulated_s: 0.0,
         wall_s: 0.0,
         passes: Vec::new(),
+        untimed: 0,
         waters: Vec::new(),
         emitters: Vec::new(),
         disks: Vec::new(),
@@ -446,8 +508,26 @@ pub fn run(
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
-    let mut world = World::new(gpu, scene, plan)?;
-    let mut submitter = Submitter::new(gpu, SPANS)?;
+    let profile = &options.profile;
+    let renderdoc = match profile.captured {
+        Some(_) => Some(RenderDoc::watching().ok_or(RunError::NoRenderDoc)?),
+        None => None,
+    };
+    let mut captured = None;
+    if profile.statistics && !gpu.has_statistics() {
+        stats.warnings.push(format!("{} has no pipeline statistics: no pass is counted", gpu.name()));
+    }
+    if let Some(trace) = &profile.trace {
+        trace.describe(gpu.name(), about(&stats));
+    }
+    let mut world = profile.time("build", || World::new(gpu, scene, plan))?;
+    #[cfg(feature = "tracy")]
+    let tracy = tracy::Tracy::listening();
+    let is_watched = profile.trace.is_some() || profile.statistics || cfg!(feature = "tracy");
+    let mut submitter = Submitter::new(gpu, if profile.trace.is_some() { ALL_SPANS } else { SPANS })?;
+    if is_watched {
+        submitter = submitter.watching(profile.statistics)?;
+    }
 
     // Encoding takes as long as drawing: it has a thread of its own, at most two pictures behind.
     let (sender, receiver) = mpsc::sync_channel::<Picture>(2);
@@ -456,7 +536,7 @@ pub fn run(
     let mut first = 0;
     if let Some(path) = &options.resume {
         let from = Checkpoint::read(path, scene)?;
-        if !world.restore(gpu, &from)? {
+        if !profile.time("restore", || world.restore(gpu, &from))? {
             return Err(CheckpointError::OtherScene { path: path.display().to_string() }.into());
         }
         first = from.picture + 1;
@@ -466,44 +546,92 @@ pub fn run(
             );
         }
     }
-    let encoder = thread::spawn(move || encoder.take(first, receiver));
+    let trace = profile.trace.clone();
+    let encoder = thread::spawn(move || encoder.take(first, receiver, trace.as_ref()));
     for frame in first..scene.output.frames {
+        let start = Instant::now();
         // The first picture is the start.
-        let (picture, times) = world.frame(&mut submitter, if frame == 0 { 0.0 } else { frame_s })?;
-        for span in &times.spans {
-            stats.add(&span.name.to_string_lossy(), span.ms);
+        let frame_s = if frame == 0 { 0.0 } else { frame_s };
+        let zone = Zone::new("picture");
+        let mut draw = || gpu.labelled(&label(frame), || world.frame(&mut submitter, frame_s));
+        let (picture, times) = match &renderdoc {
+            Some(renderdoc) if profile.captured == Some(frame) => {
+                let (drawn, file) = renderdoc.capture(&options.out.join("renderdoc"), draw);
+                captured = file;
+                drawn?
+            }
+            _ => draw()?,
+        };
+        zone.end();
+        #[cfg(feature = "tracy")]
+        tracy.iter().for_each(|tracy| tracy.picture(&times));
+        if let Some(trace) = &profile.trace {
+            trace.picture(frame, &HostTime::until_now("", start), &times);
+            trace.time("count", || world.count(gpu, frame, trace))?;
         }
+        times.spans.iter().for_each(|span| stats.add(span));
+        stats.untimed += times.untimed as u64;
         if options.hash_every > 0 && frame % options.hash_every == 0 {
-            stats.hashes.push((frame, world.hashes(gpu)?));
+            stats.hashes.push((frame, profile.time("hash", || world.hashes(gpu))?));
         }
         if let Some((path, every)) = &options.checkpoint {
             if frame % every == every - 1 || frame + 1 == scene.output.frames {
-                world.checkpoint(gpu, frame)?.write(path)?;
+                profile
+                    .time("checkpoint", || Ok::<_, RunError>(world.checkpoint(gpu, frame)?.write(path)?))?;
             }
         }
-        if sender.send(picture).is_err() {
+        if profile.time("wait for the encoder", || sender.send(picture)).is_err() {
             break; // the encoder has failed, and says why below
+        }
+        if let Some(trace) = &profile.trace {
+            trace.flush()?;
         }
         progress(frame + 1);
     }
     drop(sender);
-    let (mut files, warnings) = encoder.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    let encoded = profile.time("finish the clip", || encoder.join());
+    let (mut files, warnings) = encoded.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     stats.warnings.extend(warnings);
-    for lake in &world.lakes {
-        stats.waters.push(lake.stats(gpu)?);
+    if let Some(picture) = profile.captured.filter(|_| captured.is_none()) {
+        stats
+            .warnings
+            .push(format!("picture {picture} was not captured: it was not drawn, or RenderDoc could not"));
     }
-    stats.emitters = world.emitters.stats()?;
-    stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
-    if let Some((room, _)) = &world.room {
-        stats.volume = room.stats(gpu)?;
-    }
+    profile.time("statistics", || -> Result<(), RunError> {
+        for lake in &world.lakes {
+            stats.waters.push(lake.stats(gpu)?);
+        }
+        stats.emitters = world.emitters.stats()?;
+        stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
+        if let Some((room, _)) = &world.room {
+            stats.volume = room.stats(gpu)?;
+        }
+        Ok(())
+    })?;
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);
     stats.wall_s = start.elapsed().as_secs_f64();
     let path = options.out.join("stats.json");
     let json = serde_json::to_string_pretty(&stats).expect("statistics are plain data");
     atomic::write_atomic(&path, |file| file.write_all(json.as_bytes()))?;
     files.push(("statistics", path));
+    if let Some(trace) = &profile.trace {
+        files.push(("trace", trace.finish()?));
+    }
+    files.extend(captured.map(|path| ("capture", path)));
     Ok(Written { stats, files })
+}
+
+/// The label on the queue around all that a picture submits.
+fn label(picture: u32) -> CString {
+    CString::new(format!("picture {picture}")).expect("no zero byte in it")
+}
+
+/// What a reader of the trace should know.
+fn about(stats: &Stats) -> serde_json::Value {
+    serde_json::json!({
+        "version": stats.version, "scene": stats.scene, "seed": stats.seed, "device": stats.device,
+        "driver": stats.driver, "clock": stats.clock,
+    })
 }
 
 /// Writes pictures as they come.
@@ -528,9 +656,15 @@ impl Encoder {
         })
     }
 
-    fn take(mut self, first: u32, pictures: mpsc::Receiver<Picture>) -> Result<Files, RunError> {
+    fn take(
+        mut self,
+        first: u32,
+        pictures: mpsc::Receiver<Picture>,
+        trace: Option<&Trace>,
+    ) -> Result<Files, RunError> {
         let mut sheet = Vec::new();
         for (frame, picture) in (first..).zip(pictures) {
+            let (start, _zone) = (Instant::now(), Zone::new("encode"));
             if let Some(dir) = &self.frames_dir {
                 picture.write_png(&numbered(dir, frame))?;
             }
@@ -538,6 +672,10 @@ impl Encoder {
                 sheet.push(picture.downscale(TILE));
             }
             self.clip.push(&picture)?;
+            if let Some(trace) = trace {
+                let time = HostTime::until_now("encode", start);
+                trace.span(Track::Encoder, &time, time.name, serde_json::json!({ "picture": frame }));
+            }
         }
         contact_sheet(&sheet, 3, TILE).write_png(&self.sheet_path)?;
         let clip = self.clip.finish()?;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a run reports: `stats.json`.
 
+use crate::gpu::SpanTime;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 pub use super::basin::Depths;
 
@@ -28,6 +30,9 @@ pub struct Stats {
     pub wall_s: f64,
     /// By pass, in the order that they first ran.
     pub passes: Vec<PassStats>,
+    /// Passes that ran and were not timed: a picture has room for so many.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub untimed: u64,
     /// By water, as in the scene.
     pub waters: Vec<WaterStats>,
     /// By emitter, as in the scene.
@@ -61,6 +66,13 @@ pub struct PassStats {
     pub mean_ms: f64,
     /// The longest (ms).
     pub max_ms: f64,
+    /// What all runs together made the device do, if that was asked for; counters that are zero are left out.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub statistics: BTreeMap<&'static str, u64>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// What became of one water.
@@ -193,7 +205,8 @@ pub struct PaintStats {
 
 impl Stats {
     /// Adds one time of a pass.
-    pub(super) fn add(&mut self, name: &str, ms: f64) {
+    pub(super) fn add(&mut self, span: &SpanTime) {
+        let (name, ms) = (span.name.to_string_lossy(), span.ms);
         let pass = match self.passes.iter_mut().position(|pass| pass.name == name) {
             Some(i) => &mut self.passes[i],
             None => {
@@ -204,6 +217,7 @@ impl Stats {
                     min_ms: ms,
                     mean_ms: 0.0,
                     max_ms: ms,
+                    statistics: BTreeMap::new(),
                 };
                 self.passes.push(new);
                 self.passes.last_mut().expect("just pushed")
@@ -214,5 +228,8 @@ impl Stats {
         pass.min_ms = pass.min_ms.min(ms);
         pass.max_ms = pass.max_ms.max(ms);
         pass.mean_ms = pass.total_ms / pass.runs as f64;
+        for (counter, count) in &span.statistics {
+            *pass.statistics.entry(counter).or_default() += count;
+        }
     }
 }

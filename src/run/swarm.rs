@@ -347,7 +347,8 @@ impl Swarm {
         Ok(Counters { name: self.name.clone(), counts: list })
     }
 
-    pub fn stats(&self) -> Result<EmitterStats, RunError> {
+    /// What became of the particles so far, without the hash of what lives.
+    pub fn counts(&self) -> Result<EmitterStats, RunError> {
         let counts = self.pool.counts()?;
         Ok(EmitterStats {
             name: self.name.clone(),
@@ -359,7 +360,11 @@ impl Swarm {
             spoiled: counts.spoiled,
             steps: Some(self.clock.steps()),
             dt_s: Some(self.clock.dt_s()),
-            state_hash: Some(format!("{:016x}", self.hash()?)),
+            state_hash: None,
         })
+    }
+
+    pub fn stats(&self) -> Result<EmitterStats, RunError> {
+        Ok(EmitterStats { state_hash: Some(format!("{:016x}", self.hash()?)), ..self.counts()? })
     }
 }

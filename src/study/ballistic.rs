@@ -243,6 +243,16 @@ struct StepParams {
     reserved: u32,
 }
 
+pub(super) fn integrate_kernel(gpu: &Gpu) -> Result<Kernel> {
+    let info = KernelInfo {
+        name: c"ballistic.integrate",
+        spv: shaders::BALLISTIC_INTEGRATE_COMP,
+        blocks: &["Flying"],
+        constants: &[256],
+    };
+    Ok(Kernel::new::<StepParams>(gpu, &info)?)
+}
+
 /// Largest error of flight by steps of frames, 3 s long (m), and the time of a step (ms).
 fn integrated(gpu: &Gpu, effect: &Effect, count: u32, fps: u32, effort: Effort) -> Result<(f64, f64)> {
     const ROW: u32 = 1 << 20;
@@ -257,13 +267,7 @@ fn integrated(gpu: &Gpu, effect: &Effect, count: u32, fps: u32, effort: Effort) 
         })
         .collect();
     let flying = gpu.upload("ballistic.flying", &start)?;
-    let info = KernelInfo {
-        name: c"ballistic.integrate",
-        spv: shaders::BALLISTIC_INTEGRATE_COMP,
-        blocks: &["Flying"],
-        constants: &[256],
-    };
-    let bound = Kernel::new::<StepParams>(gpu, &info)?.bind(&[("Flying", (&flying).into())])?;
+    let bound = integrate_kernel(gpu)?.bind(&[("Flying", (&flying).into())])?;
     let pull = effect.acceleration_mps2;
     let row = count.min(ROW);
     let params = StepParams {

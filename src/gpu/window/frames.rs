@@ -7,13 +7,14 @@
 
 use super::{swapchain::Swapchain, Surface};
 use crate::gpu::{
+    calibrate::place,
     error::{Error, OrCall, Result},
     recorder::Kept,
-    submit::{begin, span_times, Fenced, SpanTime, TIMEOUT_S},
-    Buffer, Clock, Gpu, Image, Recorder,
+    submit::{begin, fenced_spans, stamped_spans, ticks, Fenced, Waits, TIMEOUT_S},
+    Buffer, Clock, Gpu, HostTime, Image, Recorder, Times,
 };
 use ash::vk::{self, PipelineStageFlags2 as S};
-use std::{collections::VecDeque, ffi::CStr};
+use std::{collections::VecDeque, ffi::CStr, time::Instant};
 
 /// Frames in flight.
 pub const FRAMES: usize = 2;
@@ -57,8 +58,21 @@ struct Slot {
     /// Of the frame that was last submitted, 0 for none.
     number: u64,
     names: Vec<&'static CStr>,
-    fenced: Vec<f64>,
+    untimed: usize,
+    waits: Option<Waits>,
+    begun: Instant,
+    submitted: Instant,
     kept: Vec<Kept>,
+}
+
+/// What a frame took that was timed.
+pub struct Timed {
+    /// Of the frame.
+    pub number: u64,
+    /// From when the host began to record it until it was submitted.
+    pub whole: HostTime,
+    /// What it took.
+    pub times: Times,
 }
 
 /// A finished picture: what a frame shows.
@@ -82,7 +96,7 @@ pub struct Frames {
     is_stale: bool,
     is_hidden: bool,
     image: u32,
-    times: Vec<SpanTime>,
+    timed: Option<Timed>,
     pub(super) gpu: Gpu,
 }
 
@@ -104,7 +118,7 @@ impl Frames {
             is_stale: true,
             is_hidden: false,
             image: 0,
-            times: Vec::new(),
+            timed: None,
             gpu: gpu.clone(),
         };
         let device = gpu.device();
@@ -119,7 +133,10 @@ impl Frames {
                 queries: vk::QueryPool::null(),
                 number: 0,
                 names: Vec::new(),
-                fenced: Vec::new(),
+                untimed: 0,
+                waits: None,
+                begun: Instant::now(),
+                submitted: Instant::now(),
                 kept: Vec::new(),
             });
             let slot = made.slots.last_mut().expect("the one just added");
@@ -174,9 +191,9 @@ impl Frames {
         self.done
     }
 
-    /// Of the passes of the last frame that was timed and is done.
-    pub fn times(&self) -> &[SpanTime] {
-        &self.times
+    /// The last frame that was timed and is done, once.
+    pub fn take_timed(&mut self) -> Option<Timed> {
+        self.timed.take()
     }
 
     /// For what draws over pictures on its own.
@@ -210,7 +227,20 @@ impl Frames {
         slot.kept.clear();
         let names = std::mem::take(&mut slot.names);
         if !names.is_empty() {
-            self.times = span_times(&self.gpu, slot.queries, names, std::mem::take(&mut slot.fenced))?;
+            let done = Instant::now();
+            let mut times = Times { untimed: slot.untimed, ..Times::default() };
+            times.spans = match slot.waits.take() {
+                Some(waits) => fenced_spans(&names, &waits.stamps),
+                None => {
+                    let ticks = ticks(&self.gpu, slot.queries, names.len())?;
+                    let (begins, placed) = place(&self.gpu, &ticks, (slot.submitted, done));
+                    times.placed = placed;
+                    stamped_spans(&self.gpu, &names, &ticks, begins.into_iter().map(Some).collect())
+                }
+            };
+            times.wall_ms = (done - slot.submitted).as_secs_f64() * 1e3;
+            let whole = HostTime { name: "frame", begin: slot.begun, end: slot.submitted };
+            self.timed = Some(Timed { number: slot.number, whole, times });
         }
         self.old.free_up_to(self.done);
         Ok(())
@@ -292,6 +322,7 @@ impl Frames {
         overlay: impl FnOnce(vk::CommandBuffer, [u32; 2]) -> Result<(), E>,
         copy: Option<&Buffer>,
     ) -> Result<(), E> {
+        let begun = Instant::now();
         let clock = if is_timed { Some(self.gpu.clock()?) } else { None };
         let (gpu, at) = (self.gpu.clone(), self.number as usize % FRAMES);
         let (device, slot) = (gpu.device(), &self.slots[at]);
@@ -310,8 +341,8 @@ impl Frames {
         }
         rec.after_all();
         let picture = record(&mut rec)?;
-        let (names, fenced, kept) = rec.finish();
-        let fenced = fenced?;
+        let recorded = rec.finish();
+        let waits = recorded.flush.map(|mut flush| flush.waits()).transpose()?;
         let canvas = self.canvas(picture.size)?;
         let chain = self.chain.as_ref().expect("begun");
         let shown = &chain.images[self.image as usize];
@@ -333,15 +364,16 @@ impl Frames {
 
         let infos = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
         // The image is not touched before the blit.
-        let waits = [vk::SemaphoreSubmitInfo::default().semaphore(acquired).stage_mask(S::BLIT)];
+        let awaited = [vk::SemaphoreSubmitInfo::default().semaphore(acquired).stage_mask(S::BLIT)];
         let signals =
             [vk::SemaphoreSubmitInfo::default().semaphore(shown.finished).stage_mask(S::ALL_COMMANDS)];
         let submit = [vk::SubmitInfo2::default()
             .command_buffer_infos(&infos)
-            .wait_semaphore_infos(&waits)
+            .wait_semaphore_infos(&awaited)
             .signal_semaphore_infos(&signals)];
         unsafe { device.reset_fences(&[done]) }.or_call("vkResetFences")?;
         unsafe { device.queue_submit2(*gpu.queue(), &submit, done) }.or_call("vkQueueSubmit2")?;
+        let submitted = Instant::now();
         self.number += 1;
         let (finished, chains, indices) = ([shown.finished], [chain.raw], [self.image]);
         let info = vk::PresentInfoKHR::default()
@@ -351,7 +383,8 @@ impl Frames {
         let presented = unsafe { chain.api.queue_present(*gpu.queue(), &info) };
         let slot = &mut self.slots[at];
         slot.number = self.number;
-        (slot.names, slot.fenced, slot.kept) = (names, fenced, kept);
+        (slot.names, slot.untimed, slot.waits) = (recorded.spans, recorded.untimed, waits);
+        (slot.begun, slot.submitted, slot.kept) = (begun, submitted, recorded.kept);
         slot.kept.extend([Kept::Image(canvas), Kept::Buffer(picture.pixels)]);
         slot.kept.extend(copy.cloned().map(Kept::Buffer));
         match presented {

@@ -13,7 +13,7 @@ mod frames;
 mod picture;
 mod swapchain;
 
-pub use frames::{Finished, Frames, Retired, FRAMES};
+pub use frames::{Finished, Frames, Retired, Timed, FRAMES};
 
 use super::{
     adapter::Adapter,
@@ -96,7 +96,7 @@ impl Gpu {
         }
         unsafe { api.destroy_surface(raw, None) };
         let adapter = Adapter::choose(adapters, options.device.as_deref())?;
-        let gpu = Self::open(options, instance, adapter, &[khr::swapchain::NAME])?;
+        let gpu = Self::open(options, instance, adapter, (false, &[khr::swapchain::NAME]))?;
         let surface = Surface::new(&gpu, window)?;
         Ok((gpu, surface))
     }

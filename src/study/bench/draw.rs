@@ -5,7 +5,7 @@
 use super::{Measured, Suite};
 use crate::{
     draw::{
-        sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo},
+        sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
         Camera, Layers, Stage, View,
     },
     gpu::{Gpu, Recorder},
@@ -90,6 +90,38 @@ impl Push {
         let (along_m, light) = if has_drops { (0.3 * pixel_m, 20.0) } else { (0.0, 1.0) };
         Self { count, half_m, along_m, light }
     }
+}
+
+/// Builds what the rows draw with, and the sprites of a list, which tests draw.
+pub(in crate::study) fn build(gpu: &Gpu) -> Result<()> {
+    if !gpu.has_graphics() {
+        return Ok(());
+    }
+    let size = uvec2(64, 64);
+    let mut variants = vec!["draw/quads", "draw/quads/1x", "draw/splat"];
+    variants.extend(gpu.has_geometry_shader().then_some("draw/geometry"));
+    variants.extend(gpu.has_wide_atomics().then_some("draw/splat/packed"));
+    for variant in variants {
+        Cloud::new(gpu, variant, size, Push::new(1, size.y, false))?;
+    }
+    let mut stage = Stage::new(gpu, size, None)?;
+    stage.copy_depth(gpu)?;
+    let list = gpu.upload("draw.list", &[0f32; 16])?;
+    let texture = Texture::new(gpu, [1, 1], &[255; 4])?;
+    let resources: &[_] = &[("List", (&list).into())];
+    let quads = Path::Quads { vertex: shaders::DRAW_LIST_VERT };
+    let mut paths = vec![quads];
+    paths.extend(gpu.has_geometry_shader().then_some(Path::Geometry { geometry: shaders::DRAW_LIST_GEOM }));
+    for path in paths {
+        for (texture, soft) in [(None, false), (None, true), (Some(&texture), false), (Some(&texture), true)]
+        {
+            let info = SpritesInfo { name: c"draw.list", path, resources, texture, soft, constants: &[] };
+            Sprites::new::<()>(gpu, &stage, &info)?;
+        }
+    }
+    let kernel = (c"draw.list_splat", shaders::DRAW_LIST_SPLAT_COMP);
+    SplatSprites::new::<()>(gpu, &stage, &Splats::new(gpu, &stage)?, kernel, resources)?;
+    Ok(())
 }
 
 enum Way {

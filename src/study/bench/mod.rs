@@ -226,7 +226,7 @@ struct CopyParams {
     count: u32,
 }
 
-fn copy_kernel(gpu: &Gpu) -> Result<Kernel> {
+pub(super) fn copy_kernel(gpu: &Gpu) -> Result<Kernel> {
     let info = KernelInfo {
         name: c"gpu.copy",
         spv: shaders::GPU_COPY_COMP,

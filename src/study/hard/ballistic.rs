@@ -329,6 +329,16 @@ fn closed_form(context: &Context<'_>, _: &str) -> Result<Outcome> {
     Ok(Outcome::of(worst).seed(apart / ulp_of(want.length())).only_if(whole).note(note))
 }
 
+pub(in crate::study) fn fall_kernel(gpu: &Gpu) -> Result<Kernel> {
+    let info = KernelInfo {
+        name: c"ballistic.fall",
+        spv: shaders::BALLISTIC_FALL_COMP,
+        blocks: &["Falls", "Times"],
+        constants: &[64],
+    };
+    Ok(Kernel::new::<Params>(gpu, &info)?)
+}
+
 fn ground_hit(context: &Context<'_>, _: &str) -> Result<Outcome> {
     let mut falls = Vec::new();
     for above in [1e-6f32, 3e-6, 1e-5, 3e-5, 1e-4, 1e-2, 0.3, 1.0, 20.0, 900.0] {
@@ -337,16 +347,9 @@ fn ground_hit(context: &Context<'_>, _: &str) -> Result<Outcome> {
         }
     }
     let (gpu, count) = (context.gpu, falls.len() as u32);
-    let info = KernelInfo {
-        name: c"ballistic.fall",
-        spv: shaders::BALLISTIC_FALL_COMP,
-        blocks: &["Falls", "Times"],
-        constants: &[64],
-    };
     let (from, to) =
         (gpu.upload("ballistic.falls", &falls)?, gpu.upload("ballistic.times_s", &vec![0f32; falls.len()])?);
-    let bound =
-        Kernel::new::<Params>(gpu, &info)?.bind(&[("Falls", (&from).into()), ("Times", (&to).into())])?;
+    let bound = fall_kernel(gpu)?.bind(&[("Falls", (&from).into()), ("Times", (&to).into())])?;
     let params = Builtin::Rain.effect().params(Moment::default(), SEED, 0, &GroundGrid::FLAT, count);
     gpu.once(|rec| rec.dispatch(&bound, [count, 1, 1], &params))?;
     let times: Vec<f32> = gpu.download(&to)?;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One window: what it holds, and its frame.
 
+mod capture;
 mod edits;
 mod hand;
 mod scripted;
@@ -22,7 +23,7 @@ use crate::{
         window::{Finished, Frames, Retired},
         Buffer, Gpu, Residence, Submitter,
     },
-    run::{atomic, picture::Picture, Counters, Left, RunError, World},
+    run::{atomic, picture::Picture, trace::Trace, Counters, Left, RunError, World},
     scene::{Parameter, Plan},
 };
 use glam::{UVec2, Vec2};
@@ -89,6 +90,9 @@ pub struct Viewer {
     device: String,
     clock: &'static str,
 
+    /// What is being traced, and for how many frames more.
+    trace: Option<(Trace, u32)>,
+
     is_paused: bool,
     steps: u32,
     pace: f64,
@@ -134,9 +138,12 @@ impl Viewer {
             World::of_size(&gpu, &scene, &plan, UVec2::from(frames.size().unwrap_or([width, height])))?;
         let painter = Painter::new(&gpu, &frames, &window)?;
         let clock = if options.has_times { gpu.clock()?.name() } else { "" };
-        let mut panel = Panel::default();
-        panel.is_open = options.has_panel;
-        (panel.has_times, panel.has_counters) = (options.has_times, options.has_times);
+        let panel = Panel {
+            is_open: options.has_panel,
+            has_times: options.has_times,
+            has_counters: options.has_times,
+            ..Panel::default()
+        };
         let home = world.camera();
         let json = serde_json::to_value(&scene).unwrap_or_default();
         let now = Instant::now();
@@ -172,6 +179,7 @@ impl Viewer {
             error: None,
             note: Some("F1 hides the panel; its last section lists the keys.".into()),
             clock,
+            trace: None,
             is_paused: false,
             steps: 0,
             pace: 1.0,
@@ -217,10 +225,8 @@ impl Viewer {
                 self.draw(None, Some(Keep::Picture(path)))?;
             }
             Action::Reload => self.reload(),
-            Action::Trace => {
-                self.note = Some("No trace is written from a window: `whitecap run --trace`.".into())
-            }
-            Action::Capture => self.note = Some("RenderDoc is not attached.".into()),
+            Action::Trace => self.begin_trace(),
+            Action::Capture => self.capture()?,
             Action::Quit => return Ok(false),
         }
         Ok(true)
@@ -257,14 +263,7 @@ impl Viewer {
         if UVec2::from(size) != self.world.stage().size() {
             self.world.resize(&self.gpu, &self.plan, UVec2::from(size))?;
         }
-        if self.panel.has_times && self.panel.is_open {
-            self.clock = self.gpu.clock()?.name();
-            if !self.frames.times().is_empty() {
-                self.history.push(self.frames.times());
-            }
-        } else {
-            self.history.clear();
-        }
+        let is_timed = self.take_times()?;
         self.count()?;
         let mut asks = Vec::new();
         let triangles = self.lay_out(&mut asks);
@@ -294,7 +293,7 @@ impl Viewer {
         let (world, painter) = (&mut self.world, &mut self.painter);
         let reads = matches!(keep, Some(Keep::Picture(_)));
         self.frames.finish::<ViewError>(
-            self.panel.has_times && self.panel.is_open,
+            is_timed,
             |rec| {
                 world.record(rec)?;
                 if reads {
@@ -342,6 +341,22 @@ impl Viewer {
                 panel.show(ui, &contents, asks);
             }
         })
+    }
+
+    /// What passes have taken, for the panel and the trace. Whether the next frame is to be timed.
+    fn take_times(&mut self) -> Result<bool, ViewError> {
+        let timed = self.frames.take_timed();
+        let is_shown = self.panel.has_times && self.panel.is_open;
+        if is_shown || self.trace.is_some() {
+            self.clock = self.gpu.clock()?.name();
+        }
+        match &timed {
+            Some(timed) if is_shown => self.history.push(&timed.times.spans),
+            _ if !is_shown => self.history.clear(),
+            _ => {}
+        }
+        self.trace_frame(timed)?;
+        Ok(is_shown || self.trace.is_some())
     }
 
     fn count(&mut self) -> Result<(), ViewError> {

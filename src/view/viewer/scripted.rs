@@ -99,7 +99,10 @@ impl Viewer {
                 }
                 println!("hashes {}", self.world.hashes(&self.gpu)?.join(" "));
             }
-            Command::Exit => return Ok(false),
+            Command::Exit => {
+                self.end_trace()?;
+                return Ok(false);
+            }
         }
         if is_done {
             self.script.pop_front();
