@@ -167,6 +167,31 @@ fn passes_are_named_and_timed() {
     let names: Vec<_> = times.spans.iter().map(|span| span.name).collect();
     assert_eq!(names, [c"water.waves", c"water.waves"], "room for two of three");
     assert!(times.spans.iter().all(|span| span.ms > 0.0), "{times:?}");
+    assert_eq!(times.untimed, 1, "and the third is counted");
+}
+
+#[test]
+fn who_watches_sees_when_passes_began_and_what_they_did() {
+    let gpu = gpu();
+    let mut state = state(&gpu);
+    let params = start().model.params(state.pitch());
+    let mut submitter = Submitter::new(&gpu, 2).unwrap().watching(true).unwrap();
+    let before = std::time::Instant::now();
+    let times = submitter.run(|rec| state.record(rec, &params)).unwrap();
+    let span = &times.spans[0];
+    let begin = span.begin.expect("a beginning");
+    assert!(
+        before <= begin && begin.elapsed() >= std::time::Duration::from_secs_f64(1e-3 * span.ms),
+        "{times:?}"
+    );
+    let names: Vec<_> = times.host.iter().map(|it| it.name).collect();
+    assert!(["record", "submit", "wait"].iter().all(|name| names.contains(name)), "{names:?}");
+    if gpu.has_statistics() {
+        let names: Vec<_> = span.statistics.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["compute_invocations"], "and nothing is drawn: {span:?}");
+    } else {
+        assert!(span.statistics.is_empty());
+    }
 }
 
 #[test]
