@@ -3,7 +3,7 @@
 // Which cells have an occupied one within `reach` cells along every axis: one bit a cell, as `Occupied` has them. A particle
 // that cannot leave that reach in a step, and whose own bit is clear, needs no other look. Behind them one more bit a cell:
 // whether it lacks a plane that a cell beside it has. An invocation makes a word of each.
-// CPU twin: particles::cpu_colliding::near.
+// CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
 #define CELLS_PLANES 1
 #include "cells/cells.glsl"

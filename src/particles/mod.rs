@@ -5,6 +5,7 @@
 //! | kernel              | reads                                        | writes                                | CPU twin               |
 //! | ------------------- | -------------------------------------------- | ------------------------------------- | ---------------------- |
 //! | `particles.prepare` | emitters, counts                             | births, counts, arguments             | [`cpu::Pool::prepare`] |
+//! | `particles.near`    | cells                                        | cells that are near an occupied one   | [`cpu_near::near`]     |
 //! | `particles.LAW`     | particles, emitters, births, law, counts     | new particles, places, counts         | [`cpu::Pool::advance`] |
 //!
 //! The pool owns memory, counts, births, compaction and the arguments of indirect dispatches and draws; all of that stays on
@@ -28,6 +29,7 @@ pub mod colliding;
 pub mod cpu;
 pub mod cpu_black_hole;
 pub mod cpu_colliding;
+pub mod cpu_near;
 pub mod drag;
 pub mod emitter;
 pub mod info;
