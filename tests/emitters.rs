@@ -34,7 +34,10 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
         "effect = 'fog'",
         "emitter.0.effect is 'fog'; allowed: fire, rain, smoke, sparks, snow, fireworks, or a .glsl file",
     );
-    one("law = 'gravity'", "emitter.0.law is 'gravity'; allowed: black_hole, drag, or a .glsl file");
+    one(
+        "law = 'gravity'",
+        "emitter.0.law is 'gravity'; allowed: black_hole, drag, colliding, or a .glsl file",
+    );
     one("name = 'x'", "emitter.0.effect is missing; allowed: fire, rain");
     one("effect = 'fire'\nlaw = 'drag'", "is given beside effect");
     one("effect = 'fire'\nlife_s = 0", "emitter.0.life_s is 0; allowed: 0.001 to 86400");

@@ -261,10 +261,10 @@ fn what_crosses_to_the_gpu_is_laid_out_alike() {
 #[test]
 fn every_way_to_fill_cells_and_to_paint_runs_and_every_view_shows_something() {
     let gpu = gpu();
-    let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -5, 0]"));
+    let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -9, 0]"));
     let heavy: Vec<&str> = heavy.iter().map(String::as_str).collect();
     let paint = |more: &str| {
-        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &["output.frames=24", more]].concat());
+        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &["output.frames=14", more]].concat());
         let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
         written.stats.volume.unwrap()
     };

@@ -338,7 +338,8 @@ fn what_is_not_toml_is_pointed_at() {
 
 #[test]
 fn an_empty_scene_has_nothing_to_see() {
-    let nothing = "lake.toml: nothing to see: a scene has [terrain], [[water]], [[emitter]] or [[disks]]";
+    let nothing =
+        "lake.toml: nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]";
     assert_eq!(error(""), nothing);
     assert_eq!(error("title = 'x'"), nothing);
 }
@@ -595,7 +596,7 @@ fn a_wrong_override_is_named_as_the_file() {
         ("water.1.depth_m=1", "water has no 1; its length is 1"),
         ("water.pond.depth_m=1", "water has no pond; its length is 1"),
         ("water.0.depth_m.x=1", "water.0.depth_m is a value, it has no x"),
-        ("output.view=grey", "output.view is grey; allowed: \"shaded\" or \"wireframe\" or \"voxels\""),
+        ("output.view=grey", "output.view is grey; allowed: \"shaded\" or \"wireframe\" or \"voxels\" or \"planes\" or \"position_map\" or \"paint_map\""),
     ] {
         let error = set(LAKE, &[change]).unwrap_err().to_string();
         assert_eq!(error, format!("--set {change}: {message}"));

@@ -106,7 +106,7 @@ impl Scene {
 pub(super) fn meets(scene: &CollidingScene, volume: &VolumePlan) -> String {
     let cells = volume.cells_a_step;
     let why = match scene.variant {
-        Method::TwoPlanes => "nothing leaks, whatever the step",
+        Method::TwoPlanes => "no wall is passed, whatever the step",
         Method::OnePlane => "where two walls meet in a cell it leaks",
         _ if cells > 1.0 => "it leaks: in a step of more than a cell a wall is passed unseen",
         _ => "it leaks where two walls meet in a cell",

@@ -316,10 +316,14 @@ impl Plan {
         if let Some(volume) = &self.volume {
             self.passes.push((format!("volume.{} (of what moves)", volume.scene.variant.name()), often));
         }
-        if scene.paint.is_some() {
+        if self.volume.is_some() {
+            self.passes.push(("particles.near (of what moves)".into(), often));
+            self.passes.push(("impact.close, .locate".into(), often));
+        }
+        if let Some(paint) = &scene.paint {
             self.passes.push(("paint.place, .blocks (of what moves)".into(), often));
-            self.passes
-                .push(("impact.close, .locate; paint.mark, .bits, .drops, .sift, .sifted".into(), often));
+            let method = paint.variant.name();
+            self.passes.push((format!("paint.mark, .bits, .drops, .{method}"), often));
         }
         if self.has_shadow() {
             self.passes.push(("draw.shadow".into(), 1.0));
