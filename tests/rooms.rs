@@ -174,6 +174,7 @@ fn run_into(gpu: &Gpu, scene: &Scene, change: impl FnOnce(&mut RunOptions)) -> (
         hash_every: 1,
         checkpoint: None,
         resume: None,
+        profile: Default::default(),
     };
     change(&mut options);
     let plan = scene.plan().unwrap();
