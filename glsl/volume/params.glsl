@@ -16,6 +16,17 @@ layout(push_constant, std430) uniform Push { VolumeParams p; };
 
 const uint EMPTY = 0xffffffffu;  // a key of no triangle
 
+// Spelt out, so that every stage rounds alike.
+float precise_dot(vec3 a, vec3 b) {
+    precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+    return sum;
+}
+
+// Of a cell's centre from the plane of a triangle (m).
+float centre_distance_m(ivec3 cell, vec3 normal, vec3 a_m) {
+    return precise_dot(normal, cell_centre_m(p.grid, cell) - a_m);
+}
+
 // Keys order triangles in a cell, and the lower wins: what is compared, in as many steps as there are bits to spare, and
 // the triangle, so that no two are equal and the order of threads decides nothing.
 uint key_of(float share, uint t) {

@@ -14,10 +14,9 @@ layout(set = 0, binding = 4, std430) readonly buffer SecondKeys { uint second_ke
 
 void write(uint slot, ivec3 cell, uint t) {
     load_triangle(t);
-    precise float distance_m = dot(tri_normal, cell_centre_m(p.grid, cell) - tri_a_m);
     vec2 shares = nearest_shares(vec3(cell) + 0.5 - tri_a);
     vec3 a = corner_mps(tri_corners.x), b = corner_mps(tri_corners.y), c = corner_mps(tri_corners.z);
-    write_plane(slot, tri_normal, distance_m, a + shares.x * (b - a) + shares.y * (c - a), t + 1u);
+    write_plane(slot, tri_normal, centre_distance_m(cell, tri_normal, tri_a_m), a + shares.x * (b - a) + shares.y * (c - a), t + 1u);
 }
 
 void main() {

@@ -21,7 +21,7 @@ void main() {
     ivec3 cell = ivec3(i % p.grid.cells_x, i / p.grid.cells_x % p.grid.cells_y, i / p.grid.cells_x / p.grid.cells_y);
     uint t = key_triangle(key);
     load_triangle(t);
-    precise float distance_m = dot(tri_normal, cell_centre_m(p.grid, cell) - tri_a_m);
+    float distance_m = centre_distance_m(cell, tri_normal, tri_a_m);
     vec2 from_a = turned(vec3(cell) + 0.5 - tri_a).xy, ab = turned(tri_ab).xy, ac = turned(tri_ac).xy;
     vec2 shares = vec2(across(from_a, ac), across(ab, from_a)) / across(ab, ac);
     vec3 a = corner_mps(tri_corners.x), b = corner_mps(tri_corners.y), c = corner_mps(tri_corners.z);

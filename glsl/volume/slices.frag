@@ -16,8 +16,7 @@ void main() {
     float height = slice_height(gl_FragCoord.xy, from_normal, from_a_m);
     if (int(floor(height)) != from_slice) discard;
     ivec3 cell = turned_back(ivec3(ivec2(gl_FragCoord.xy), from_slice));
-    precise float distance_m = dot(from_normal, cell_centre_m(p.grid, cell) - from_a_m);
-    plane = vec4(from_normal, distance_m);
+    plane = vec4(from_normal, centre_distance_m(cell, from_normal, from_a_m));
     velocity = vec4(from_velocity_mps, float(from_triangle + 1u));
     gl_FragDepth = depth_of(height);
 }

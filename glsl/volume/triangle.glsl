@@ -46,8 +46,9 @@ uint set_triangle(vec3 a_m, vec3 b_m, vec3 c_m) {
     // Edges are scaled to 1 before they are multiplied, as a small triangle's area would be no number.
     float extent = max(largest(tri_ab), largest(tri_ac));
     if (extent < 1e-30) return NO_AREA;
-    vec3 across = cross(tri_ab / extent, tri_ac / extent);
-    tri_sine = length(across);
+    vec3 ab = tri_ab / extent, ac = tri_ac / extent;
+    precise vec3 across = ab.yzx * ac.zxy - ab.zxy * ac.yzx;
+    tri_sine = sqrt(precise_dot(across, across));
     if (tri_sine <= LEAST_SINE) return NO_AREA;
     tri_normal = across / tri_sine;
 

