@@ -188,14 +188,14 @@ impl Voxels {
         keys.min().map(|(_, t)| t)
     }
 
-    /// How a triangle would do as the second plane beside the first, `None` if not at all: the cosine of their angle. Twin of
-    /// `offer`.
+    /// How a triangle would do as the second plane beside the first, `None` if not at all: the cosine of the angle of their
+    /// planes, 0 at best. Twin of `offer`.
     pub fn beside(&self, centre: DVec3, first: u32, t: u32) -> Option<f64> {
         let (mine, other) = (self.shape(t), self.shape(first));
         let cosine = mine.normal.dot(other.normal);
         let is_parallel =
             cosine >= COS_PARALLEL && (mine.distance(centre) - other.distance(centre)).abs() >= APART;
-        (t != first && (cosine < COS_OTHER || is_parallel)).then_some(cosine)
+        (t != first && (cosine < COS_OTHER || is_parallel)).then_some(cosine.abs())
     }
 
     /// The triangle of the second plane of a cell: twin of `volume.second`.
@@ -204,7 +204,7 @@ impl Voxels {
         let centre = grid.cell(cell).as_dvec3() + 0.5;
         let offers = self.cells[cell]
             .iter()
-            .filter_map(|&(t, _)| Some((key(0.5 + 0.5 * self.beside(centre, first, t)?, t, bits), t)));
+            .filter_map(|&(t, _)| Some((key(self.beside(centre, first, t)?, t, bits), t)));
         offers.min().map(|(_, t)| t)
     }
 
