@@ -74,6 +74,18 @@ uint box_cells() {
     return n.x * n.y * n.z;
 }
 
+// The axis that its normal is nearest to.
+int across_axis() {
+    vec3 n = abs(tri_normal);
+    return n.x > n.y && n.x > n.z ? 0 : n.y > n.z ? 1 : 2;
+}
+
+// How many columns of cells along an axis its own box overlaps.
+uint box_columns(int axis) {
+    uvec3 n = uvec3(max(tri_high - tri_low + 1, ivec3(0)));
+    return n[(axis + 1) % 3] * n[(axis + 2) % 3];
+}
+
 // In one plane of the box, whose centre is the origin: whether no normal of an edge parts them.
 bool overlaps_flat(vec2 a, vec2 b, vec2 c, float half_side) {
     vec2 ab = b - a, bc = c - b, ca = a - c;
