@@ -59,6 +59,10 @@ impl Grid {
         if self.cells.iter().any(|n| !(1..=MOST_CELLS).contains(n)) {
             return Err(format!("{:?} cells; allowed: 1 to {MOST_CELLS} along each axis", self.cells));
         }
+        let high_m = Vec3::from(self.low_m) + self.cell_m * UVec3::from(self.cells).as_vec3();
+        if !high_m.is_finite() {
+            return Err(format!("cells of {} m: its far corner is {high_m}; allowed: finite", self.cell_m));
+        }
         let farthest = Vec3::from(self.low_m).abs().max_element();
         let ulp_m = farthest * f32::EPSILON;
         if ulp_m > self.cell_m / 1024.0 {

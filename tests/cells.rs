@@ -159,6 +159,7 @@ fn grids_that_cannot_be_are_refused() {
         (Grid { cells: [4, 0, 4], ..good }, "1 to 1024"),
         (Grid { cells: [4, 4, 1025], ..good }, "1 to 1024"),
         (Grid { low_m: [0.0, f32::INFINITY, 0.0], ..good }, "finite"),
+        (Grid { cell_m: 1e38, ..good }, "far corner"),
         (Grid { low_m: [9.0e4, 0.0, 0.0], cell_m: 0.01, ..good }, "a thousandth"),
     ] {
         let what = bad.check().unwrap_err();

@@ -14,7 +14,7 @@ void main() {
     uint i = item();
     if (i == 0u) {
         groups_x = 0u;
-        groups_y = p.rows;
+        groups_y = 1u;
         groups_z = 1u;
         larges = 0u;
         no_area = 0u;

@@ -11,11 +11,14 @@ layout(set = 0, binding = 2, std430) writeonly buffer Normals { vec4 normals[]; 
 #define WORK_ACCESS
 #include "volume/work.glsl"
 
-shared uint group_larges, group_first;
+shared uint group_larges, group_first, group_columns;
 
 void main() {
     uint i = item(), t = p.first + i, rank = EMPTY;
-    if (gl_LocalInvocationIndex == 0u) group_larges = 0u;
+    if (gl_LocalInvocationIndex == 0u) {
+        group_larges = 0u;
+        group_columns = 0u;
+    }
     barrier();
     if (i < p.triangles) {
         uint found = load_triangle(t);
@@ -24,6 +27,7 @@ void main() {
         if (found == NOT_FINITE) atomicAdd(not_finite, 1u);
         if (found == SOUND && box_cells() > LARGE_CELLS) {
             rank = atomicAdd(group_larges, 1u);
+            atomicMax(group_columns, box_columns(across_axis()));
         } else if (found == SOUND) {
             ivec3 cell;
             for (cell.z = tri_low.z; cell.z <= tri_high.z; ++cell.z)
@@ -36,6 +40,7 @@ void main() {
     if (gl_LocalInvocationIndex == 0u && group_larges > 0u) {
         group_first = atomicAdd(larges, group_larges);
         atomicMax(groups_x, min(group_first + group_larges, MOST_GROUPS));
+        atomicMax(groups_y, clamp((group_columns + COLUMNS - 1u) / COLUMNS, 1u, p.rows));
     }
     barrier();
     if (rank != EMPTY) large[group_first + rank] = t;

@@ -8,7 +8,7 @@ struct VolumeParams {
     uint triangles;     // at hand
     uint bits;          // of a key that say which triangle
     uint only_changed;  // cells whose first plane is not that of the still meshes
-    uint rows;          // workgroups a large triangle
+    uint rows;          // most workgroups a large triangle
     uint way;           // that most particles go, for what is drawn: an axis, plus 3 if down it
 };
 

@@ -1,6 +1,7 @@
-// Offers a triangle as the second plane of a cell: of those that overlap it, the one whose normal differs most from the
-// first plane's, if by more than 10 degrees; or, where all are parallel, another plane. What is asked first is what costs
-// least: on a smooth surface hardly any overlap is tested here.
+// Offers a triangle as the second plane of a cell: of those that overlap it, the one nearest to a right angle with the first,
+// if by more than 10 degrees off it; or, where all are parallel, another plane. The back of a thin wall is parallel: at its foot
+// the floor comes before it, as either face of a wall holds both sides, and nothing else holds the floor. What is asked
+// first is what costs least: on a smooth surface hardly any overlap is tested here.
 layout(set = 0, binding = 2, std430) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 3, std430) readonly buffer FirstKeys { uint first_keys[]; };
 layout(set = 0, binding = 4, std430) readonly buffer StillKeys { uvec2 still_keys[]; };
@@ -21,6 +22,6 @@ void offer(uint t, ivec3 cell) {
         float apart = abs((dot(mine.xyz, centre) - mine.w) - (dot(other.xyz, centre) - other.w));
         if (cosine < COS_PARALLEL || apart < APART) return;
     }
-    uint key = key_of(0.5 + 0.5 * cosine, t);
+    uint key = key_of(abs(cosine), t);
     if (key < second_keys[i] && overlaps(cell)) atomicMin(second_keys[i], key);
 }

@@ -19,8 +19,9 @@ ivec3 turned_back(ivec3 texel) {
     return cell;
 }
 
+// One cell more at both ends, so that what lies exactly on the border is nearer than what is cleared.
 float depth_of(float height) {
-    precise float share = height / turned(vec3(grid_cells(p.grid))).z;
+    precise float share = (height + 1.0) / (turned(vec3(grid_cells(p.grid))).z + 2.0);
     return goes_down() ? share : 1.0 - share;
 }
 

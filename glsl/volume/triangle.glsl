@@ -15,11 +15,12 @@ const float LEAST_SINE = 2.384185791015625e-7;     // 2^-22: below it a triangle
 const float NEEDLE_SINE = 9.765625e-4;             // 2^-10
 const float SLACK = 2.44140625e-4;                 // 2^-12 (cells)
 const float SLACK_SHARE = 4.76837158203125e-7;     // 2^-21: of the farthest coordinate (cells)
+const float FARTHEST_CELLS = 1.0e9;                // beyond it, products of four coordinates are no numbers
 
 // What `load_triangle` finds.
 const uint SOUND = 0u;
 const uint NO_AREA = 1u;     // narrower than its length by more than single precision tells from a line: it has no normal
-const uint NOT_FINITE = 2u;
+const uint NOT_FINITE = 2u;  // a corner is no number, or farther out than can be computed with
 
 uvec3 tri_corners;
 vec3 tri_a_m;         // first corner
@@ -45,11 +46,12 @@ uint set_triangle(vec3 a_m, vec3 b_m, vec3 c_m) {
 
     // Edges are scaled to 1 before they are multiplied, as a small triangle's area would be no number.
     float extent = max(largest(tri_ab), largest(tri_ac));
+    if (!(max(extent, largest(tri_a)) <= FARTHEST_CELLS)) return NOT_FINITE;
     if (extent < 1e-30) return NO_AREA;
     vec3 ab = tri_ab / extent, ac = tri_ac / extent;
     precise vec3 across = ab.yzx * ac.zxy - ab.zxy * ac.yzx;
     tri_sine = sqrt(precise_dot(across, across));
-    if (tri_sine <= LEAST_SINE) return NO_AREA;
+    if (!(tri_sine > LEAST_SINE)) return NO_AREA;
     tri_normal = across / tri_sine;
 
     vec3 b = tri_a + tri_ab, c = tri_a + tri_ac;
@@ -70,6 +72,18 @@ uint load_triangle(uint t) {
 uint box_cells() {
     uvec3 n = uvec3(max(tri_high - tri_low + 1, ivec3(0)));
     return n.x * n.y * n.z;
+}
+
+// The axis that its normal is nearest to.
+int across_axis() {
+    vec3 n = abs(tri_normal);
+    return n.x > n.y && n.x > n.z ? 0 : n.y > n.z ? 1 : 2;
+}
+
+// How many columns of cells along an axis its own box overlaps.
+uint box_columns(int axis) {
+    uvec3 n = uvec3(max(tri_high - tri_low + 1, ivec3(0)));
+    return n[(axis + 1) % 3] * n[(axis + 2) % 3];
 }
 
 // In one plane of the box, whose centre is the origin: whether no normal of an edge parts them.

@@ -8,3 +8,4 @@ layout(set = 0, binding = WORK, std430) WORK_ACCESS buffer Work {
 
 const uint LARGE_CELLS = 32u;     // a triangle whose box overlaps more is large
 const uint MOST_GROUPS = 32768u;  // along x; each then takes several triangles
+const uint COLUMNS = 1024u;       // that a workgroup takes: along y there are as many as the largest triangle needs

@@ -200,7 +200,8 @@ impl Adapter {
                 "shaderOutputLayer", // its capability in SPIR-V names the other as well
                 v12.shader_output_layer == vk::TRUE && v12.shader_output_viewport_index == vk::TRUE,
             ),
-            ("volumes as layers", self.has_graphics && has_volumes.is_ok()),
+            // Subsets have a feature of their own for it, which is not asked for.
+            ("volumes as layers", self.has_graphics && has_volumes.is_ok() && !self.is_portability_subset),
             ("shaderClipDistance", base.shader_clip_distance == vk::TRUE),
             ("fragmentStoresAndAtomics", base.fragment_stores_and_atomics == vk::TRUE),
             (

@@ -54,7 +54,6 @@ pub struct Meshes {
     rest: Buffer,
     matrices: Buffer,
     bound: Bound,
-    gpu: Gpu,
 }
 
 impl Meshes {
@@ -104,17 +103,7 @@ impl Meshes {
         let places = Buffer::new(gpu, "meshes.places", 24 * uvs.len() as u64, Residence::Device)?;
         let uvs = gpu.upload("meshes.uvs", &uvs)?;
         let bound = Pose::new(gpu)?.bind(&rest, &matrices, &places)?;
-        let meshes = Self {
-            bodies: bodies.to_vec(),
-            parts,
-            places,
-            triangles,
-            uvs,
-            rest,
-            matrices,
-            bound,
-            gpu: gpu.clone(),
-        };
+        let meshes = Self { bodies: bodies.to_vec(), parts, places, triangles, uvs, rest, matrices, bound };
         let mut posed = Ok(());
         gpu.once(|rec| {
             posed = meshes.pose(rec, false, 0.0, 0.0, &[]);
@@ -130,7 +119,7 @@ impl Meshes {
     /// mesh of the scene where it is now, and where it was a step before; empty, if all stay where they were put.
     ///
     /// # Errors
-    /// If the device has no room for the matrices on their way.
+    /// None so far: the matrices travel with the commands.
     ///
     /// # Panics
     /// If `worlds` is neither empty nor one for each mesh.
@@ -160,15 +149,14 @@ impl Meshes {
         let mut rows = Vec::new();
         for (i, body) in self.bodies.iter().enumerate() {
             let [world, before] = worlds.get(i).copied().unwrap_or([body.world; 2]);
-            // The others' are not read: they are there because a copy is of the whole buffer.
+            // The others' are not read: they are there because the whole buffer is written.
             let (own, rate_per_s) = body.mesh.rig.matrices_at(time_s, dt_s, world, before);
             rates.push(if moving { rate_per_s } else { 0.0 });
             rows.extend(own);
         }
-        let staging = Buffer::staging(&self.gpu, "meshes.matrices.staging", &rows)?;
-        rec.barrier(Access::ComputeRead, Access::CopyWrite);
-        rec.copy(&staging, &self.matrices);
-        rec.barrier(Access::CopyWrite, Access::ComputeRead);
+        rec.barrier(Access::ComputeRead, Access::FillWrite);
+        rec.update(&self.matrices, &rows);
+        rec.barrier(Access::FillWrite, Access::ComputeRead);
         rec.span(c"mesh.pose", |rec| {
             for (part, rate_per_s) in self.parts.iter().zip(rates).filter(|(part, _)| part.moves == moving) {
                 let params = PoseParams {

@@ -67,7 +67,7 @@ impl Pose {
         let matrices = device("mesh.matrices", 3 * 48 * joints)?;
         let places = device("mesh.places", 24 * mesh.at_m.len())?;
         let bound = self.bind(&rest, &matrices, &places)?;
-        Ok(Posed { rest, triangles, matrices, places, bound, mesh: mesh.clone(), gpu: gpu.clone() })
+        Ok(Posed { rest, triangles, matrices, places, bound, mesh: mesh.clone() })
     }
 
     pub(super) fn bind(&self, rest: &Buffer, matrices: &Buffer, places: &Buffer) -> Result<Bound> {
@@ -97,7 +97,6 @@ pub struct Posed {
     places: Buffer,
     bound: Bound,
     mesh: Mesh,
-    gpu: Gpu,
 }
 
 impl Posed {
@@ -105,7 +104,7 @@ impl Posed {
     /// step before is `world_before`.
     ///
     /// # Errors
-    /// If the device has no room for the matrices on their way.
+    /// None so far: the matrices travel with the commands.
     pub fn record(
         &self,
         rec: &mut Recorder<'_>,
@@ -115,10 +114,9 @@ impl Posed {
         world_before: Mat4,
     ) -> Result<()> {
         let (matrices, rate_per_s) = self.matrices_at(time_s, dt_s, world, world_before);
-        let staging = Buffer::staging(&self.gpu, "mesh.matrices.staging", &matrices)?;
-        rec.barrier(Access::ComputeRead, Access::CopyWrite);
-        rec.copy(&staging, &self.matrices);
-        rec.barrier(Access::CopyWrite, Access::ComputeRead);
+        rec.barrier(Access::ComputeRead, Access::FillWrite);
+        rec.update(&self.matrices, &matrices);
+        rec.barrier(Access::FillWrite, Access::ComputeRead);
         let vertices = self.mesh.at_m.len() as u32;
         let joints = self.mesh.rig.joints.len() as u32;
         let params = PoseParams { vertices, joints, rate_per_s, first_vertex: 0, first_joint: 0 };

@@ -17,7 +17,7 @@ const WORK_WORDS: u64 = 6;
 pub struct Counts {
     /// Triangles without an area: they have no normal.
     pub no_area: u32,
-    /// Triangles with a corner that is no number.
+    /// Triangles with a corner that is no number, or more than 10^9 cells out.
     pub not_finite: u32,
     /// Triangles whose box overlaps more than 32 cells. The list has room for all there are.
     pub large: u32,
@@ -123,7 +123,7 @@ impl Conservative {
             this.over_list(rec, &mark_still_large, &this.still_work);
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
             this.over(rec, &this.second, &this.still, 0);
-            this.over_list(rec, &this.second_still_large, &this.still_work);
+            rec.dispatch_indirect(&this.second_still_large, &this.still_work, 0, &this.params);
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
             this.over_cells(rec, &keep);
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
@@ -153,7 +153,8 @@ impl Conservative {
             self.over(rec, &self.second, &self.still, 1);
         });
         rec.span(c"volume.second_large", |rec| {
-            self.over_list(rec, &self.second_large, &self.work);
+            // Both lists were seen to when they were made: nothing here waits for anything.
+            rec.dispatch_indirect(&self.second_large, &self.work, 0, &self.params);
             if !self.still.is_empty() {
                 let params = VolumeParams { only_changed: 1, ..self.params };
                 rec.dispatch_indirect(&self.second_still_large, &self.still_work, 0, &params);
@@ -175,6 +176,7 @@ impl Conservative {
         }
     }
 
+    /// Over a list that has just been made.
     fn over_list(&self, rec: &mut Recorder<'_>, bound: &Bound, work: &Buffer) {
         rec.barrier(Access::ComputeWrite, Access::IndirectRead);
         rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3, IVec3, UVec3, Vec3, Vec3Swizzles};
 const SLACK: f64 = 1.0 / 4096.0;
 const SLACK_SHARE: f64 = 1.0 / 2_097_152.0;
 const LEAST_SINE: f64 = 1.0 / 4_194_304.0;
+const FARTHEST_CELLS: f64 = 1e9;
 const FARTHEST: f64 = 0.875;
 const COS_OTHER: f64 = 0.98480775;
 const COS_PARALLEL: f64 = 0.99984770;
@@ -18,7 +19,7 @@ const APART: f64 = 0.0625;
 pub enum Skipped {
     /// Narrower than its length by more than single precision tells from a line.
     NoArea,
-    /// A corner is no number.
+    /// A corner is no number, or farther out than single precision can compute with.
     NotFinite,
 }
 
@@ -50,6 +51,9 @@ impl Shape {
         let corners = corners_m.map(|at| (at.as_dvec3() - low_m) / f64::from(grid.cell_m));
         let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
         let extent = ab.abs().max_element().max(ac.abs().max_element());
+        if extent.max(corners[0].abs().max_element()) > FARTHEST_CELLS {
+            return Err(Skipped::NotFinite);
+        }
         if extent < 1e-30 {
             return Err(Skipped::NoArea);
         }
@@ -188,14 +192,14 @@ impl Voxels {
         keys.min().map(|(_, t)| t)
     }
 
-    /// How a triangle would do as the second plane beside the first, `None` if not at all: the cosine of their angle. Twin of
-    /// `offer`.
+    /// How a triangle would do as the second plane beside the first, `None` if not at all: the cosine of the angle of their
+    /// planes, 0 at best. Twin of `offer`.
     pub fn beside(&self, centre: DVec3, first: u32, t: u32) -> Option<f64> {
         let (mine, other) = (self.shape(t), self.shape(first));
         let cosine = mine.normal.dot(other.normal);
         let is_parallel =
             cosine >= COS_PARALLEL && (mine.distance(centre) - other.distance(centre)).abs() >= APART;
-        (t != first && (cosine < COS_OTHER || is_parallel)).then_some(cosine)
+        (t != first && (cosine < COS_OTHER || is_parallel)).then_some(cosine.abs())
     }
 
     /// The triangle of the second plane of a cell: twin of `volume.second`.
@@ -204,7 +208,7 @@ impl Voxels {
         let centre = grid.cell(cell).as_dvec3() + 0.5;
         let offers = self.cells[cell]
             .iter()
-            .filter_map(|&(t, _)| Some((key(0.5 + 0.5 * self.beside(centre, first, t)?, t, bits), t)));
+            .filter_map(|&(t, _)| Some((key(self.beside(centre, first, t)?, t, bits), t)));
         offers.min().map(|(_, t)| t)
     }
 

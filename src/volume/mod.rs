@@ -94,7 +94,7 @@ pub struct VolumeParams {
     pub bits: u32,
     /// 1 to look only at cells whose first plane is not that of the still meshes.
     pub only_changed: u32,
-    /// Workgroups that a large triangle is shared by.
+    /// Most workgroups that a large triangle is shared by.
     pub rows: u32,
     /// That most particles go, for what is drawn: an axis, plus 3 if down it.
     pub way: u32,

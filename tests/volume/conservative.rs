@@ -129,6 +129,28 @@ fn triangles_without_an_area_and_without_a_place_are_counted() {
 }
 
 #[test]
+fn corners_too_far_out_to_compute_with_are_counted_and_no_plane_is_no_number() {
+    let gpu = gpu();
+    let grid = grid(8, 0.25);
+    let centre = Vec3::from(grid.low_m) + 1.03;
+    // In its middle is the origin, whatever the size.
+    let corners = [vec3(-1.0, 0.25, -0.75), vec3(1.0, 0.125, -0.875), vec3(0.0, -0.375, 1.625)];
+    let floor = soup("floor", &[corners]);
+    for (larger, not_finite) in [(1e3, 0), (1e8, 0), (1e9, 1), (1e20, 1), (3e38, 1)] {
+        let world = Mat4::from_translation(centre) * Mat4::from_scale(Vec3::splat(larger));
+        let body = Body { mesh: floor.clone(), world, moves: false };
+        let (read, counts) = conservative(&gpu, grid, &[body]);
+        assert_eq!((counts.no_area, counts.not_finite), (0, not_finite), "{larger} times as large");
+        assert_eq!(read.marked().is_empty(), not_finite > 0, "{larger} times as large");
+        for plane in read.marked().iter().flat_map(|&cell| read.planes_of(cell)) {
+            let numbers = [plane.normal, plane.velocity_mps].concat();
+            assert!(plane.distance_m.is_finite() && numbers.iter().all(|x| x.is_finite()), "{plane:?}");
+            assert!((Vec3::from(plane.normal).length() - 1.0).abs() < 1e-5, "{plane:?}");
+        }
+    }
+}
+
+#[test]
 fn what_is_outside_marks_nothing_and_what_crosses_the_border_marks_up_to_it() {
     let gpu = gpu();
     let grid = grid(8, 0.25);

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod conservative;
+mod corners;
 mod layouts;
 mod motion;
 mod raster;
@@ -126,12 +127,9 @@ pub fn compare(grid: &Grid, (at, triangles): &(Vec<Vec3>, Vec<[u32; 3]>), read: 
             Some(second) => {
                 let other = second.triangle - 1;
                 // Angles and distances at their bounds are decided either way.
-                let cosine = voxels.shapes[t as usize]
-                    .as_ref()
-                    .unwrap()
-                    .normal
-                    .dot(voxels.shapes[other as usize].as_ref().unwrap().normal);
-                if gap(other) > 5e-5 || cosine > best.min(1.0) + 2.0 * step + 1e-5 {
+                let normal = |t: u32| voxels.shapes[t as usize].as_ref().unwrap().normal;
+                let cosine = normal(t).dot(normal(other)).abs();
+                if gap(other) > 5e-5 || cosine > best.min(1.0) + step + 1e-5 {
                     fail(format!("{other} beside {t}: {cosine}, best {best}, gap {}", gap(other)));
                 }
             }
@@ -142,6 +140,7 @@ pub fn compare(grid: &Grid, (at, triangles): &(Vec<Vec3>, Vec<[u32; 3]>), read: 
                     (mine - first).abs()
                 };
                 let sure = |&(other, cosine): &(u32, f64)| {
+                    // Of the back of a wall as well.
                     let is_parallel = cosine > 0.99986 && planes_apart(other) > 0.0635;
                     is_sure(other) && (cosine < 0.9847 || is_parallel)
                 };

@@ -265,6 +265,23 @@ fn of_two_floors_in_a_cell_the_one_that_particles_meet_first_stays_in_both_order
 }
 
 #[test]
+fn a_floor_on_the_border_of_the_grid_is_drawn() {
+    let gpu = gpu();
+    // Round numbers, as a floor at 0 in a grid from 0 has.
+    let grid = Grid::new(Vec3::ZERO, 0.25, UVec3::splat(6));
+    let at = |x: f32, z: f32| vec3(x, 0.0, z);
+    let floor = [still(soup("floor", &[[at(-1.0, -1.0), at(-1.0, 9.0), at(9.0, -1.0)]]))];
+    for variant in ALL {
+        for way in [Way::DownY, Way::AlongY] {
+            let Some(read) = drawn(&gpu, grid, &floor, way, variant) else { continue };
+            let marked = read.marked();
+            assert_eq!(marked.len(), 36, "{variant:?}, {way:?}");
+            assert!(marked.iter().all(|&cell| grid.cell(cell).y == 0), "{variant:?}, {way:?}");
+        }
+    }
+}
+
+#[test]
 fn what_is_drawn_loses_what_is_steep() {
     let gpu = gpu();
     for (what, grid, bodies) in scenes() {

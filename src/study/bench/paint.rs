@@ -10,7 +10,8 @@ use crate::{
     mesh::{shapes, Mesh},
     paint::{
         cpu::{self, Aim},
-        Atlas, Canvas, Coat, Drop, Error as PaintError, Format, Gather, Method, Paint, Splat, Taken,
+        Atlas, Canvas, Coat, Drop, Error as PaintError, Format, Gather, Method, Paint, Position, Splat,
+        Taken,
     },
     random,
     study::{
@@ -154,6 +155,12 @@ fn strays(gpu: &Gpu, paint: &Paint, method: Option<Method>) -> Result<f64> {
     let easel = Easel::new(gpu, paint, 61, 1237, true)?;
     let got = once(gpu, paint, &easel, method)?;
     let (positions, ..) = easel.canvas.download_places(gpu)?;
+    let places = cpu::place(&easel.atlas.texels, &easel.mesh.triangles, &easel.mesh.at_m);
+    let is_placed =
+        |(a, b): (&Position, &Position)| a.triangle == b.triangle && a.at_m.distance(b.at_m) < 1e-5;
+    if !positions.iter().zip(&places).all(is_placed) {
+        return Ok(1.0);
+    }
     let drops: Vec<(Drop, Aim)> = match method {
         Some(_) => {
             let aim = Aim { home: None, mesh: None, reach_sq_m2: RADIUS_M * RADIUS_M };
