@@ -9,6 +9,7 @@ use crate::{
 };
 use bytemuck::Zeroable;
 use glam::{UVec2, Vec4};
+use std::slice;
 
 /// Depth that shaders can read.
 struct CopiedDepth {
@@ -229,7 +230,7 @@ impl Stage {
         for reader in [Access::GraphicsRead, Access::ComputeRead] {
             rec.barrier(reader, Access::FillWrite); // of the picture before this one
         }
-        rec.update(&self.views, &self.view);
+        rec.update(&self.views, slice::from_ref(&self.view));
         for reader in [Access::GraphicsRead, Access::ComputeRead] {
             rec.barrier(Access::FillWrite, reader);
         }

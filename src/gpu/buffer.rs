@@ -2,7 +2,6 @@
 use super::{
     device::Gpu,
     error::{Error, OrCall, Result},
-    recorder::{Kept, Recorder},
 };
 use ash::vk;
 use gpu_allocator::{vulkan as ga, MemoryLocation};
@@ -175,27 +174,6 @@ impl Buffer {
     /// Where it lives.
     pub fn residence(&self) -> Residence {
         self.0.residence
-    }
-}
-
-/// What `vkCmdUpdateBuffer` takes at once (bytes).
-const MOST_OF_UPDATE: usize = 65_536;
-
-impl Recorder<'_> {
-    /// Writes `data` over the start of `buffer`, as [`Access::FillWrite`](super::Access::FillWrite). It travels in the
-    /// command buffer, so nothing is allocated that would have to live until the GPU has run it: for some kilobytes.
-    ///
-    /// # Panics
-    /// If it does not fit, or is not of whole words.
-    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len().is_multiple_of(4);
-        assert!(fits, "{} bytes to `{}`, which has {}", bytes.len(), buffer.name(), buffer.bytes());
-        self.keep(|| Kept::Buffer(buffer.clone()));
-        for (i, part) in bytes.chunks(MOST_OF_UPDATE).enumerate() {
-            let offset = (MOST_OF_UPDATE * i) as u64;
-            unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), offset, part) };
-        }
     }
 }
 

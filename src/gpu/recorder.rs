@@ -455,17 +455,22 @@ impl<'g> Recorder<'g> {
         unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
     }
 
-    /// Writes `value` to the start of `buffer` when the GPU gets there, as [`Access::FillWrite`]: what was recorded before
-    /// still reads the old value, so that several pictures can be on their way.
+    /// Writes `data` to the start of `buffer` when the GPU gets there, as [`Access::FillWrite`]: what was recorded before
+    /// still reads the old words, so that several pictures can be on their way. It travels in the command buffer, so nothing
+    /// is allocated that would have to live until the GPU has run it: for some kilobytes.
     ///
     /// # Panics
-    /// If it does not fit, is larger than 64 KiB, or not of whole words.
-    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, value: &T) {
-        let bytes = bytemuck::bytes_of(value);
-        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len() <= 65_536;
-        assert!(fits && bytes.len().is_multiple_of(4), "{} bytes to `{}`", bytes.len(), buffer.name());
+    /// If it does not fit, or is not of whole words.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
+        const MOST_AT_ONCE: usize = 65_536; // of `vkCmdUpdateBuffer`
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len().is_multiple_of(4);
+        assert!(fits, "{} bytes to `{}`, which has {}", bytes.len(), buffer.name(), buffer.bytes());
         self.keep(|| Kept::Buffer(buffer.clone()));
-        unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), 0, bytes) };
+        for (i, part) in bytes.chunks(MOST_AT_ONCE).enumerate() {
+            let offset = (MOST_AT_ONCE * i) as u64;
+            unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), offset, part) };
+        }
     }
 
     /// The one transition of an image: from UNDEFINED to GENERAL, before its first use.

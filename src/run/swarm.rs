@@ -19,7 +19,7 @@ use crate::{
     scene::{Attractor, CollidingScene, Draw, EmitterPlan, LawPlan, LawScene, PlannedThrows, MOST_CENTRES},
 };
 use glam::{Vec3, Vec4};
-use std::ffi::CStr;
+use std::{ffi::CStr, slice};
 
 /// Mirrors `Glow` in `glsl/particles/glow.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -223,7 +223,7 @@ impl Swarm {
 
     /// Brings what the glow is to where it is read. Nothing that was recorded before sees it.
     pub fn record_look(&self, rec: &mut Recorder<'_>) {
-        rec.update(&self.glows, &self.glow);
+        rec.update(&self.glows, slice::from_ref(&self.glow));
     }
 
     /// Records the steps that are due.
@@ -237,7 +237,7 @@ impl Swarm {
     pub fn record_step(&mut self, rec: &mut Recorder<'_>) {
         if let Some(at_m) = self.moved_to.take() {
             rec.barrier(Particles::EXIT, Access::FillWrite);
-            rec.update(self.pool.emitters(), &at_m); // what `EmitterWords` begins with
+            rec.update(self.pool.emitters(), slice::from_ref(&at_m)); // what `EmitterWords` begins with
             rec.barrier(Access::FillWrite, Particles::ENTRY);
         }
         rec.barrier(Particles::EXIT, Particles::ENTRY);
