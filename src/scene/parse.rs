@@ -365,6 +365,13 @@ impl<'r> Table<'r> {
         self.as_table(node, key)
     }
 
+    /// A table in this one; an empty one if it is not there, so that its keys are listed all the same.
+    pub(super) fn table_or_empty(&mut self, key: &'static str) -> Table<'r> {
+        static EMPTY: Node = Node { at: At { source: 0, start: 0, end: 0 }, value: Value::Table(Vec::new()) };
+        let empty = Table { reader: self.reader, path: self.path_of(key), node: &EMPTY, known: Vec::new() };
+        self.table(key).unwrap_or(empty)
+    }
+
     /// An array of tables in this one.
     pub(super) fn tables(&mut self, key: &'static str) -> Vec<Table<'r>> {
         match self.get(key) {

@@ -39,8 +39,8 @@ pub(super) fn scene(
 
     let title = table.text("title", "a text", |_| true).unwrap_or_default().to_owned();
     let seed = table.maybe("seed", AtLeastZero).unwrap_or(1);
-    let output = table.table("output").map_or_else(Output::default, output);
-    let sun = table.table("sun").map_or_else(Sun::default, sun);
+    let output = output(table.table_or_empty("output"));
+    let sun = sun(table.table_or_empty("sun"));
     let terrain = table.table("terrain").map(|table| terrain(table, base_dir));
     let mut water: Vec<WaterScene> = Vec::new();
     for table in table.tables("water") {
@@ -64,7 +64,7 @@ pub(super) fn scene(
             "nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]",
         );
     }
-    let camera_table = table.table("camera");
+    let (has_camera, camera_table) = (table.is_table("camera"), table.table_or_empty("camera"));
     let mut scene = Scene {
         title,
         seed,
@@ -81,7 +81,7 @@ pub(super) fn scene(
         paint,
         base_dir: base_dir.map(Path::to_owned),
     };
-    scene.camera = camera_table.map(|table| camera(table, scene.camera()));
+    scene.camera = Some(camera(camera_table, scene.camera())).filter(|_| has_camera);
     table.finish();
 
     let (problems, parameters) = reader.finish();

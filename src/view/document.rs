@@ -178,10 +178,10 @@ mod tests {
     fn a_change_keeps_comments_and_goes_through_the_schema() {
         let mut document = pond();
         assert!(document.text().contains("depth_m = 0.7"));
-        document.set_numbers("water.0.cells", &[128.0, 64.0], true).expect("a key");
+        document.set_numbers("water.0.cells", &[128.0, 128.0], true).expect("a key");
         let text = document.text();
-        assert!(text.contains("cells = [128, 64]               # of 12.5 cm"), "{text}");
-        assert_eq!(document.read().0.expect("a scene").water[0].cells, [128, 64]);
+        assert!(text.contains("cells = [128, 128]               # of 12.5 cm"), "{text}");
+        assert_eq!(document.read().0.expect("a scene").water[0].cells, [128, 128]);
         document.set("water.0.gravity_mps2", "-1").expect("a place");
         let error = document.read().0.expect_err("out of range").to_string();
         assert!(error.contains("gravity_mps2 is -1") && error.contains("allowed"), "{error}");

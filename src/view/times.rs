@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn spans_of_one_name_add_up() {
-        let span = |name, ms| SpanTime { name, ms };
+        let span = |name, ms| SpanTime { name, ms, begin: None, statistics: Vec::new() };
         let mut history = History::default();
         history.push(&[span(c"a", 1.0), span(c"b", 2.0), span(c"a", 3.0)]);
         history.push(&[span(c"c", 5.0)]);
