@@ -26,19 +26,14 @@ pub fn units(bits: [u32; 4]) -> [f32; 4] {
 
 /// Cosine and sine of a part of a turn, 0 to 1.
 pub fn cos_sin_of_turn(turns: f32) -> Vec2 {
-    let quarters = (4.0 * turns + 0.5).floor();
-    let x = (4.0 * turns - quarters) * std::f32::consts::FRAC_PI_2;
+    let half_turn = turns - 0.5;
+    let quarter = 0.25 - half_turn.abs();
+    let x = quarter.abs().min(0.25 - quarter.abs());
     let xx = x * x;
-    let s =
-        x * (1.0 + xx * (-1.666_666_7e-1 + xx * (8.333_333e-3 + xx * (-1.984_127e-4 + xx * 2.755_731_9e-6))));
-    let c = 1.0 + xx * (-0.5 + xx * (4.166_666_7e-2 + xx * (-1.388_888_9e-3 + xx * 2.480_158_7e-5)));
-    let quarter = quarters as u32 & 3;
-    let way = if quarter & 1 == 0 { vec2(c, s) } else { vec2(-s, c) };
-    if quarter >= 2 {
-        -way
-    } else {
-        way
-    }
+    let s = x * (6.283_185 + xx * (-41.341_63 + xx * (81.588_13 - xx * 75.240_07)));
+    let c = 1.0 + xx * (-19.739_168 + xx * (64.923_225 - xx * 83.665_92));
+    let (x, y) = if quarter.abs() > 0.125 { (c, s) } else { (s, c) };
+    vec2(x.copysign(-quarter), y.copysign(-half_turn))
 }
 
 /// A unit vector, all directions alike, of two units.

@@ -51,7 +51,7 @@ fn keys(value: &Value) -> Vec<&str> {
 
 #[test]
 fn help_is_as_it_was() {
-    for command in ["", "run", "check", "scenes", "devices", "hardcases", "bench", "study"] {
+    for command in ["", "run", "view", "check", "scenes", "devices", "hardcases", "bench", "study"] {
         let args: Vec<_> = [command, "--help"].into_iter().filter(|arg| !arg.is_empty()).collect();
         let name = if command.is_empty() { "help".into() } else { format!("help-{command}") };
         insta::assert_snapshot!(name, ok(&args));

@@ -17,7 +17,7 @@ use whitecap::{
         reflect::{reflect, Interface},
         Buffer, Error, Gpu, GpuOptions, Kernel, KernelInfo, Residence,
     },
-    shaders,
+    impact, shaders,
     water::{self, book},
 };
 
@@ -34,6 +34,50 @@ macro_rules! assert_layout {
         assert_eq!(fields, [$((stringify!($field), offset_of!($rust, $field))),*], "fields of `{name}`");
         assert_eq!(glsl.bytes, size_of::<$rust>(), "size of `{name}`");
     }};
+}
+
+#[test]
+fn impact_structs() {
+    for spv in [shaders::IMPACT_CLOSE_COMP, shaders::IMPACT_LOCATE_COMP] {
+        assert_layout!(
+            interface(spv),
+            "ImpactCount"
+                == impact::Count {
+                    count,
+                    capacity,
+                    dropped_low,
+                    dropped_high,
+                    groups_x,
+                    groups_y,
+                    groups_z,
+                    appended,
+                    quad_vertices,
+                    quad_instances,
+                    quad_first_vertex,
+                    quad_first_instance,
+                    stored_low,
+                    stored_high
+                }
+        );
+    }
+    let locate = interface(shaders::IMPACT_LOCATE_COMP);
+    assert_layout!(
+        locate,
+        "Impact"
+            == impact::Impact {
+                at_m,
+                order,
+                normal,
+                impulse_mps,
+                velocity_mps,
+                triangle,
+                u,
+                v,
+                mesh,
+                source
+            }
+    );
+    assert_layout!(interface(shaders::IMPACT_LOCATE_COMP), "LocateParams" == impact::LocateParams { meshes });
 }
 
 #[test]

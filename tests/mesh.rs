@@ -12,7 +12,7 @@ use std::{
 };
 use whitecap::{
     gpu::reflect::reflect,
-    mesh::{cpu, shapes, Curve, Mesh, Pose, PoseParams, Track, Value},
+    mesh::{cpu, shapes, walls, walls::Side, Curve, Mesh, Pose, PoseParams, Track, Value},
     random, shaders,
 };
 
@@ -23,7 +23,24 @@ fn made() -> Vec<Mesh> {
         shapes::torus(1.0, 0.3, 24),
         shapes::capsule(vec3(0.1, 0.0, 0.2), vec3(-0.3, 1.0, 0.4), 0.25, 16),
         shapes::lizard(1.0),
+        walls::stencil(vec3(1.2, 0.8, 0.05), &["#####", "#. .#", "##.##", "#####"]),
+        // A funnel with a wall as thick as a finger.
+        walls::lathe(&[vec2(0.5, 0.4), vec2(0.12, 0.0), vec2(0.1, 0.0), vec2(0.48, 0.4), vec2(0.5, 0.4)], 24),
+        walls::lathe(&[vec2(0.0, 0.2), vec2(0.3, 0.0), vec2(0.0, -0.1)], 9),
     ]
+}
+
+#[test]
+fn a_room_is_seen_from_inside_and_may_be_open() {
+    let closed = walls::room(vec3(0.5, 1.0, 2.0), &[]);
+    assert!((volume(&closed) + 8.0).abs() < 1e-5, "{}", volume(&closed));
+    let open = walls::room(vec3(0.5, 1.0, 2.0), &[Side::Front, Side::Top]);
+    assert_eq!((closed.triangles.len(), open.triangles.len()), (12, 8));
+    assert!(
+        open.normals.iter().all(|n| n.y > -0.5 && n.z > -0.5),
+        "walls that look in from the front or the top"
+    );
+    assert_eq!(overlapping_texels(&closed, 512), 0);
 }
 
 /// Vertices in one place are one.
@@ -351,6 +368,8 @@ fn push_constants_are_laid_out_alike() {
         ("vertices", offset_of!(PoseParams, vertices)),
         ("joints", offset_of!(PoseParams, joints)),
         ("rate_per_s", offset_of!(PoseParams, rate_per_s)),
+        ("first_vertex", offset_of!(PoseParams, first_vertex)),
+        ("first_joint", offset_of!(PoseParams, first_joint)),
     ];
     assert_eq!(members, want);
     assert_eq!(interface.push_bytes, size_of::<PoseParams>());

@@ -539,7 +539,7 @@ fn committed_results_have_todays_shapes() {
         let cases: HardCases = serde_json::from_str(&read("hardcases.json")).unwrap();
         assert!(cases.cases.iter().all(|case| case.pass), "{}", dir.display());
         if std::env::var_os("UPDATE_RESULTS").is_some() {
-            whitecap::study::write_report(&study, &dir, "2026-11-23").unwrap();
+            whitecap::study::write_report(&study, &dir, "2026-11-24").unwrap();
         }
     }
 }

@@ -72,6 +72,53 @@ fn a_scan_is_its_twin() {
     }
 }
 
+/// Counts that are scanned and cleared, on both sides of the size from which the sums have a dispatch of their own.
+#[test]
+fn a_clearing_scan_leaves_zeros() {
+    let gpu = gpu();
+    for sums in ways(&gpu) {
+        let scan = Scan::clearing(&gpu, sums).unwrap();
+        for size in [1, 4097, 1024 * 4096, 1024 * 4096 + 1] {
+            let values = &kinds(size)[0];
+            let (from, to) = (upload(&gpu, values), room(&gpu, size));
+            let bound = scan.bind(&from, &to).unwrap();
+            gpu.once(|rec| bound.record(rec, size)).unwrap();
+            let (want, total) = cpu::exclusive_scan(values);
+            assert!(gpu.download::<u32>(&to).unwrap() == want, "{sums:?}, {size}");
+            assert_eq!(gpu.download::<u32>(bound.sums()).unwrap()[ScanBound::total_at(size)], total);
+            assert!(gpu.download::<u32>(&from).unwrap().iter().all(|&it| it == 0), "{sums:?}, {size}");
+        }
+    }
+}
+
+/// 2^26 elements, where the device sees so many: 256 MiB a buffer.
+#[test]
+fn a_scan_and_a_sort_of_2_to_the_26_are_their_twins() {
+    const SIZE: u32 = 1 << 26;
+    let gpu = gpu();
+    let range = u64::from(gpu.limits().max_storage_buffer_range);
+    if range < 4 * u64::from(SIZE) {
+        println!(
+            "SKIP: {} sees {range} bytes of a buffer, 2^26 elements are {}",
+            gpu.name(),
+            4 * u64::from(SIZE)
+        );
+        return;
+    }
+    let values: Vec<u32> = (0..SIZE).map(|i| random::bits(5, 0, i, 0)[1]).collect();
+    let (from, to) = (upload(&gpu, &values), room(&gpu, SIZE));
+    let scan = Scan::new(&gpu, Sums::for_device(&gpu)).unwrap().bind(&from, &to).unwrap();
+    gpu.once(|rec| scan.record(rec, SIZE)).unwrap();
+    assert!(gpu.download::<u32>(&to).unwrap() == cpu::exclusive_scan(&values).0);
+    let keys: Vec<u32> = values.iter().map(|value| value % SIZE).collect();
+    let from = upload(&gpu, &keys);
+    let sort = Bins::new(&gpu, Sums::for_device(&gpu)).unwrap().bind(&from, SIZE).unwrap();
+    gpu.once(|rec| sort.record(rec, SIZE, true)).unwrap();
+    let (firsts, order) = cpu::sort_by_key(&keys, SIZE);
+    assert!(gpu.download::<u32>(sort.firsts()).unwrap() == firsts);
+    assert!(gpu.download::<u32>(sort.order()).unwrap() == order);
+}
+
 #[test]
 fn a_compaction_is_its_twin() {
     let gpu = gpu();

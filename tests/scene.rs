@@ -177,7 +177,7 @@ fn every_limit_is_kept() {
         ),
         ("", "output.fps", &["1", "1000", "29.97"], &["0.99", "1000.1", "nan", "inf", "[30, 30]"]),
         ("", "output.frames", &["1", "1000000"], &["0", "1000001", "1.5", "-1"]),
-        ("", "output.view", &["shaded", "wireframe"], &["Shaded", "1"]),
+        ("", "output.view", &["shaded", "wireframe"], &["Shaded", "1", "voxels"]),
         ("", "camera.eye_m", &["[1, 2, -3]"], &["[0, 0, 0]", "[1, 2]", "[1, nan, 2]", "[1, 1e39, 2]"]),
         ("", "camera.target_m", &["[1, 2, -3]"], &["[inf, 0, 0]", "['a', 0, 0]"]),
         ("", "camera.fov_deg", &["5", "120"], &["4.9", "120.1", "nan"]),
@@ -595,7 +595,7 @@ fn a_wrong_override_is_named_as_the_file() {
         ("water.1.depth_m=1", "water has no 1; its length is 1"),
         ("water.pond.depth_m=1", "water has no pond; its length is 1"),
         ("water.0.depth_m.x=1", "water.0.depth_m is a value, it has no x"),
-        ("output.view=grey", "output.view is grey; allowed: \"shaded\" or \"wireframe\""),
+        ("output.view=grey", "output.view is grey; allowed: \"shaded\" or \"wireframe\" or \"voxels\""),
     ] {
         let error = set(LAKE, &[change]).unwrap_err().to_string();
         assert_eq!(error, format!("--set {change}: {message}"));
@@ -811,7 +811,10 @@ fn the_built_in_scenes_load_with_their_terrains() {
             "fireworks",
             "gas",
             "brownian",
-            "avalanche"
+            "avalanche",
+            "paint_shower",
+            "marbles",
+            "sandblast"
         ]
     );
     for (name, title) in builtin::list() {
@@ -840,7 +843,8 @@ fn the_built_in_scenes_load_with_their_terrains() {
     assert_eq!(
         error,
         "no built-in scene is called \"fiord\"; there are: fjord, pond, sombrero, ripple_tank, harbour, dam_break, puddles, \
-         black_hole, binary_hole, campfire, rain, fireworks, gas, brownian, avalanche"
+         black_hole, binary_hole, campfire, rain, fireworks, gas, brownian, avalanche, paint_shower, marbles, \
+         sandblast"
     );
 }
 

@@ -13,9 +13,9 @@ struct Effect {
     vec4 emitter_mps;       // xyz: velocity (m/s); w: where on the circle it is now (turns, 0 to 1)
     float turns_per_s;      // of the emitter
     float lives_per_s;      // 1 / life
-    float interval_s;       // between births, with what rounding took from it
+    float interval_s;       // between births: ten bits, and the rest
     float interval_low_s;
-    float since_s;          // from the newest birth to now, likewise
+    float since_s;          // from the newest birth to now, with what rounding took from it
     float since_low_s;
     uint seed;
     uint stream;            // which emitter, below 65536

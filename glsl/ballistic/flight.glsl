@@ -7,7 +7,11 @@
 
 // Where the emitter was when something was born that is `age` old now.
 vec3 emitter_at(Wide age) {
-    precise vec3 at = effect.emitter_m.xyz - age.high * effect.emitter_mps.xyz;
+    vec3 at = effect.emitter_m.xyz;
+    if (effect.emitter_mps.xyz != vec3(0.0)) {
+        precise vec3 moved = at - age.high * effect.emitter_mps.xyz;
+        at = moved;
+    }
     if (effect.emitter_m.w == 0.0) return at;
     precise float turns = effect.emitter_mps.w - age.high * effect.turns_per_s;
     vec2 way = cos_sin_of_turn(turns - floor(turns));

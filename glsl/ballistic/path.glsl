@@ -3,25 +3,24 @@
 // Closed forms of flight under constant acceleration a and linear drag k, from age t:
 //     p = p0 + v0 t f1(k t) + a t^2 f2(k t),   f1(x) = (1 - e^-x) / x,   f2(x) = (x - 1 + e^-x) / x^2
 //     v = v0 e^-kt + a t f1(k t)
-// f1 = 1, f2 = 1/2 without drag, and nothing cancels on the way there. Terms of p may cancel, so it is summed with what
-// rounding takes from each step (Dekker, "A floating-point technique for extending the available precision", 1971;
-// Knuth's two-sum): p is right to an ulp. `precise` throughout: the bits are those of the CPU twin, ballistic::cpu.
+// f1 = 1, f2 = 1/2 without drag, and nothing cancels on the way there. Terms of p may cancel, so products are split into an
+// exact one and a small rest (Dekker, "A floating-point technique for extending the available precision", 1971), and what
+// rounding takes from the sum of the two ways is kept (Knuth's two-sum): p is right to an ulp. `precise` throughout: the bits are those of the CPU twin, ballistic::cpu.
 
 struct Wide { float high; float low; };
 
 // The leading 12 bits: products of two such are exact.
 float leading(float x) { return uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u); }
-vec3 leading(vec3 x) { return uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u); }
 
 // Age of the birth `back` before the newest: since + back interval.
 Wide age_of(uint back) {
-    // Two exact products of twelve bits each and what is left; the parts are of falling size, so three steps sum two.
-    float i1 = uintBitsToFloat(floatBitsToUint(effect.interval_s) & 0xffffc000u);  // ten bits: `back` has 14 above 12
-    precise float i2 = effect.interval_s - i1 + effect.interval_low_s;
+    // Of `interval_s` the host gives ten bits, so that its products with twelve bits and with fourteen of `back` are exact;
+    // the parts are of falling size, so three steps sum two.
     // Conversions, without the unit for them, which is slow: whole numbers in the last bits of 2^35 and of 2^23.
     precise float k1 = uintBitsToFloat(0x51000000u | (back >> 12u)) - 34359738368.0;
     precise float k2 = uintBitsToFloat(0x4b000000u | (back & 0xfffu)) - 8388608.0;
-    precise float a1 = k1 * i1, a2 = k2 * i1, rest = (k1 + k2) * i2 + effect.since_low_s;
+    precise float a1 = k1 * effect.interval_s, a2 = k2 * effect.interval_s;
+    precise float rest = (k1 + k2) * effect.interval_low_s + effect.since_low_s;
     precise float s = a1 + a2, s_low = a2 - (s - a1);
     precise float high = s + effect.since_s, low = effect.since_s - (high - s) + (s_low + rest);
     precise float sum = high + low, left = low - (sum - high);
@@ -63,18 +62,32 @@ Reach reach_of(Wide age, float drag) {
     return Reach(Wide(v, v_low), Wide(a, a_low), keep);
 }
 
-// p0 + r.v v0 + r.a a
-vec3 position(vec3 p0_m, vec3 v0_mps, vec3 a_mps2, Reach r) {
-    float m1 = leading(r.v.high), m2 = leading(r.a.high);
-    precise float r1 = r.v.high - m1 + r.v.low, r2 = r.a.high - m2 + r.a.low;
-    vec3 v1 = leading(v0_mps), a1 = leading(a_mps2);
-    precise vec3 v2 = v0_mps - v1, a2 = a_mps2 - a1;
-    precise vec3 one = m1 * v1, other = m2 * a1;  // exact
-    precise vec3 rest = m1 * v2 + r1 * v0_mps + (m2 * a2 + r2 * a_mps2);
-    precise vec3 s = one + other, back = s - one, s_low = (one - (s - back)) + (other - back);
-    precise vec3 q = p0_m + s, forth = q - p0_m, q_low = (p0_m - (q - forth)) + (s - forth);
-    precise vec3 p = q + (q_low + (s_low + rest));
+// One coordinate of a flight without pull: p0 + (m + rest) v0. `way` is exact, and either cancels with p0, and then the
+// difference is exact too, or is rounded but once.
+float coasted(float p0, float v0, float m, float rest) {
+    float v1 = leading(v0);
+    precise float v2 = v0 - v1, way = m * v1, low = m * v2 + rest * v0;
+    precise float p = (p0 + way) + low;
     return p;
+}
+
+// The same with a pull: p0 + (mv + rv) v0 + (ma + ra) a.
+float pulled(float p0, float v0, float a, float mv, float rv, float ma, float ra) {
+    float v1 = leading(v0), a1 = leading(a);
+    precise float v2 = v0 - v1, a2 = a - a1, one = mv * v1, other = ma * a1;
+    precise float low = mv * v2 + rv * v0 + (ma * a2 + ra * a);
+    precise float way = one + other, back = way - one, way_low = (one - (way - back)) + (other - back);
+    precise float p = (p0 + way) + (way_low + low);
+    return p;
+}
+
+// p0 + r.v v0 + r.a a. Most pulls are down: what a coordinate has none of is not added, which changes no bit.
+vec3 position(vec3 p0, vec3 v0, vec3 a, Reach r) {
+    float mv = leading(r.v.high), ma = leading(r.a.high);
+    precise float rv = r.v.high - mv + r.v.low, ra = r.a.high - ma + r.a.low;
+    float y = pulled(p0.y, v0.y, a.y, mv, rv, ma, ra);
+    if (a.x == 0.0 && a.z == 0.0) return vec3(coasted(p0.x, v0.x, mv, rv), y, coasted(p0.z, v0.z, mv, rv));
+    return vec3(pulled(p0.x, v0.x, a.x, mv, rv, ma, ra), y, pulled(p0.z, v0.z, a.z, mv, rv, ma, ra));
 }
 
 vec3 velocity(vec3 v0_mps, vec3 a_mps2, Reach r) {

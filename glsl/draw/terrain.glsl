@@ -26,6 +26,16 @@ vec3 terrain_normal(ivec2 c) {
     return normalize(vec3(-dx / (2.0 * cell_m.x), 1.0, -dz / (2.0 * cell_m.y)));
 }
 
+// Between the four samples round a place, so that no cell is seen.
+vec3 terrain_normal_at(vec2 xz) {
+    vec2 grid = terrain_grid(xz);
+    ivec2 c = ivec2(floor(grid));
+    vec2 f = grid - vec2(c);
+    vec3 south = mix(terrain_normal(c), terrain_normal(c + ivec2(1, 0)), f.x);
+    vec3 north = mix(terrain_normal(c + ivec2(0, 1)), terrain_normal(c + ivec2(1, 1)), f.x);
+    return normalize(mix(south, north, f.y));
+}
+
 // Shares of sun and of sky, and 0 for ground, 1/2 for stone, 1 for a house.
 vec3 light_sample(ivec2 c) {
     c = clamp(c, ivec2(0), ivec2(view.terrain_cells) - 1);

@@ -10,6 +10,8 @@ struct PoseParams {
     uint vertices;
     uint joints;
     float rate_per_s;
+    uint first_vertex;  // of the mesh, where several share the buffers
+    uint first_joint;
 };
 
 layout(set = 0, binding = 0, std430) readonly buffer Rest { uint rest[]; };             // 13 words a vertex
@@ -20,7 +22,7 @@ layout(push_constant, std430) uniform Push { PoseParams p; };
 
 // In three dimensions one row is one coordinate: columns are summed in the order of the twin.
 vec3 placed(uint pose, uint joint, vec3 at) {
-    uint row = 3u * (pose * p.joints + joint);
+    uint row = 3u * (3u * p.first_joint + pose * p.joints + joint);
     vec4 a = matrix_rows[row], b = matrix_rows[row + 1u], c = matrix_rows[row + 2u];
     precise vec3 sum = ((vec3(a.x, b.x, c.x) * at.x + vec3(a.y, b.y, c.y) * at.y) + vec3(a.z, b.z, c.z) * at.z) + vec3(a.w, b.w, c.w);
     return sum;
@@ -37,6 +39,7 @@ vec3 held(uint pose, vec3 at, uvec4 joints, vec4 weights) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= p.vertices) return;
+    i += p.first_vertex;
     uint word = 13u * i;
     vec3 at = uintBitsToFloat(uvec3(rest[word], rest[word + 1u], rest[word + 2u]));
     uvec4 joints = uvec4(rest[word + 8u], rest[word + 8u] >> 16u, rest[word + 9u], rest[word + 9u] >> 16u) & 0xffffu;

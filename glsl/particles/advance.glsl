@@ -26,7 +26,8 @@ layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in s
 layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Emitters { Emitter emitters[]; };
 layout(set = 0, binding = 4, std430) readonly buffer Births { EmitterState births[]; };
-// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: a queue of free slots.
+// Stable, ring: how many live in each tile, and (stable) in blocks of tiles. In place: nothing, a free slot has its place in
+// the queue of free slots for a y.
 layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 
 const uint tile = group * items;
@@ -76,16 +77,45 @@ uint rank_of(uint at) {
     return at - gone_before[word] - bitCount(gone[word] & ((1u << (at & 31u)) - 1u));
 }
 
+#ifdef LAW_DEFERS
+// Who takes long: by invocations side by side, so that those who do not need not wait for one among them.
+shared float deferred[7u * tile];  // at, velocity, time: a plane each
+shared uint deferred_born[tile];
+shared uint deferred_slot[tile];  // then whether it goes on
+shared uint deferred_count;
+
+void defer(uint q, Particle particle, float dt_s, uint slot) {
+    vec3 at = particle.at_m, velocity = particle.velocity_mps;
+    for (uint k = 0u; k < 3u; ++k) {
+        deferred[k * tile + q] = at[k];
+        deferred[(3u + k) * tile + q] = velocity[k];
+    }
+    deferred[6u * tile + q] = dt_s;
+    deferred_born[q] = particle.born;
+    deferred_slot[q] = slot;
+}
+
+Particle deferred_at(uint q) {
+    return Particle(vec3(deferred[q], deferred[tile + q], deferred[2u * tile + q]),
+                    vec3(deferred[3u * tile + q], deferred[4u * tile + q], deferred[5u * tile + q]), deferred_born[q]);
+}
+#endif
+
 uint law_tick() { return p.now; }
+uint slot_now;  // set before each call of the law
+uint law_slot() { return slot_now; }
 
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint t = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint sources = pool.sources, all = sources + pool.births;
+    uint sources = pool.sources, all = sources + pool.births - pool.taken;
     if (t * tile >= all) return;  // the whole workgroup
     uint start = p.now - p.dt_ticks;
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
     if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
+#ifdef LAW_DEFERS
+    if (lane == 0u) deferred_count = 0u;
+#endif
 
     uint own = 0u, block = t / BLOCK;
     if (compaction == COMPACT_STABLE) {
@@ -108,22 +138,22 @@ void main() {
     }
     bool lives[items];
     float dt_s[items];
+    uint free_first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;  // before this step
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         uint v = t * tile + k * group + lane;
         dt_s[k] = p.dt_s;
         if (v < sources) {
             lives[k] = is_alive(it[k].born, start, p.life_ticks);
-            if (compaction == COMPACT_IN_PLACE) lives[k] = lives[k] && it[k].at_m.x != NOWHERE_M;
+            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
+                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+                uint place = floatBitsToUint(it[k].at_m.y);
+                uint j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
+                lives[k] = j < pool.taken;
+                if (lives[k]) it[k] = born_at(j, dt_s[k]);
+            }
         } else {
             lives[k] = v < all;
-            if (v < all) {
-                uint j = v - sources;
-                it[k] = born_at(j, dt_s[k]);
-                if (compaction == COMPACT_IN_PLACE) {
-                    slot[k] = j < pool.taken ? places[(pool.free_first + 2u * p.capacity - pool.taken + j) % (2u * p.capacity)]
-                                             : sources + (j - pool.taken);
-                }
-            }
+            if (lives[k]) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
         }
     }
 
@@ -146,6 +176,39 @@ void main() {
         barrier();
     }
 
+    bool goes_on[items];
+#ifdef LAW_DEFERS
+    uint later[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        goes_on[k] = true;
+        later[k] = tile;
+        if (!lives[k]) continue;
+        slot_now = t * tile + k * group + lane;
+        if (!advance_at_once(it[k], dt_s[k])) {
+            later[k] = atomicAdd(deferred_count, 1u);
+            defer(later[k], it[k], dt_s[k], slot_now);
+        }
+    }
+    barrier();
+    for (uint q = lane; q < deferred_count; q += group) {
+        Particle one = deferred_at(q);
+        slot_now = deferred_slot[q];
+        bool is_on = advance(one, deferred[6u * tile + q]);
+        defer(q, one, 0.0, uint(is_on));
+    }
+    barrier();
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        if (later[k] == tile) continue;
+        it[k] = deferred_at(later[k]);
+        goes_on[k] = deferred_slot[later[k]] != 0u;
+    }
+#else
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        slot_now = t * tile + k * group + lane;
+        goes_on[k] = lives[k] && advance(it[k], dt_s[k]);
+    }
+#endif
+
     bool stays[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         stays[k] = lives[k];
@@ -153,15 +216,14 @@ void main() {
             if (compaction == COMPACT_RING) it[k].born = p.now - p.life_ticks;  // it stays old on a clock that wraps
             continue;
         }
-        bool goes_on = advance(it[k], dt_s[k]);
         bool is_sound = are_numbers(it[k].at_m) && are_numbers(it[k].velocity_mps);
         bool is_young = is_alive(it[k].born, p.now, p.life_ticks);
-        stays[k] = goes_on && is_sound && is_young;
+        stays[k] = goes_on[k] && is_sound && is_young;
         if (!stays[k]) {
             if (!is_sound) {
                 it[k] = Particle(vec3(0.0), vec3(0.0), it[k].born);  // what is no number is not stored
                 atomicAdd(spoiled, 1u);
-            } else if (!goes_on) {
+            } else if (!goes_on[k]) {
                 atomicAdd(ended, 1u);
             } else {
                 atomicAdd(aged, 1u);
@@ -172,9 +234,8 @@ void main() {
                 else atomicAdd(high_count, 1u);
             }
             if (compaction == COMPACT_IN_PLACE) {
-                uint q = atomicAdd(pool.free_count, 1u);
-                places[(pool.free_first + q) % (2u * p.capacity)] = slot[k];
-                it[k].at_m = vec3(NOWHERE_M);
+                uint place = (pool.free_first + atomicAdd(pool.free_count, 1u)) % (2u * p.capacity);
+                it[k].at_m = vec3(NOWHERE_M, uintBitsToFloat(place), NOWHERE_M);
             }
         }
     }

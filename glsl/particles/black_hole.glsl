@@ -170,6 +170,22 @@ void symplectic(inout vec3 at, inout vec3 v, uint tick, float t_s, float h) {
     }
 }
 
+// Takes away what rounding has added to the energy: place and speed are scaled, along its gradient, so that little is asked
+// of either. `way` is towards what attracts, a unit long where that is one hole, and total / well the distance of it.
+void hold_orbit(inout vec3 at, inout vec3 v, uint tick, float energy, float total) {
+    float well;
+    vec3 pull = accelerate(at, v, tick, 0.0, well);
+    if (well < abs(energy)) return;  // far out on a hyperbola
+    precise vec3 way = (total / max(well * well, 1e-30)) * pull;
+    float v2 = dot3(v, v), way2 = dot3(way, way);
+    precise float excess = (0.5 * v2 - well) - energy;
+    precise float part = excess / max(well * well * way2 + v2 * v2, 1e-30);
+    precise vec3 held_at = at + (part * total) * way;
+    precise vec3 held_v = v - (part * v2) * v;
+    at = held_at;
+    v = held_v;
+}
+
 // LOGH for holes at rest: leapfrog in a time s with dt = ds / (kinetic energy + binding energy) for drifts and
 // ds / potential for kicks. Of one hole it follows the exact orbit; only when it is where is off, by s^2. The step is a
 // part of a radian of the eccentric anomaly, sqrt(mu a), even all round an ellipse, so that errors of the time cancel. On
@@ -212,6 +228,7 @@ bool advance_logh(inout vec3 at, inout vec3 v, uint tick, float dt_s) {
         v = v1;
         t = t + took;
     }
+    hold_orbit(at, v, tick, energy, total);  // the next frame knows the energy from place and speed alone
     return true;  // within a part in 10^6 of the frame: a drift over the rest would leave the orbit
 }
 

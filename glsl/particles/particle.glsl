@@ -13,11 +13,18 @@ struct Particle {
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
 //     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
-// and its specialization constants begin at `constant_id` LAW_CONSTANT. A law that must know the time declares
-//     uint law_tick();
-// the tick at the end of the step, which every pass defines.
+// and its specialization constants begin at `constant_id` LAW_CONSTANT; further blocks begin at binding LAW_BLOCKS. A law that
+// must know the time or the place declares
+//     uint law_tick();  // at the end of the step
+//     uint law_slot();  // of the particle in this step, births after the others: no two share one
+// which the advance defines (other passes that call a law: the tick). A law that takes long for a few defines LAW_DEFERS and
+//     bool advance_at_once(inout Particle particle, float dt_s)
+// which moves the others, and says of those few, whom it leaves as they are, that they must wait for `advance`.
 #ifndef LAW_BINDING
 #define LAW_BINDING 5
+#endif
+#ifndef LAW_BLOCKS
+#define LAW_BLOCKS 7
 #endif
 #ifndef LAW_CONSTANT
 #define LAW_CONSTANT 6

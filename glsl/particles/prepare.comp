@@ -79,12 +79,15 @@ uint draw(uint e) {
 
 void main() {
     uint lane = gl_LocalInvocationIndex, lanes = 256u;
+    // Read first, as the rest waits for it: one workgroup has nothing else to do meanwhile.
+    uint sources = pool.slots, first = pool.first, turn = 1u - pool.turn;  // of `turn`: the half that the last step counted in
+    uint alive = pool.born - pool.aged - pool.ended - pool.spoiled;        // low words: differences wrap
+    uint in_block = compaction == COMPACT_STABLE && lane < most_blocks(tile) ? places[counts_of_blocks(turn, tile) + lane] : 0u;
     uint all;
     uint mine = lane < p.emitters ? draw(lane) : 0u;
     uint before = group_exclusive(mine, all);
     if (lane < p.emitters) births[lane].first = before;
 
-    uint sources = pool.slots, first = pool.first;
     if (compaction == COMPACT_RING) {  // whole tiles at the beginning in which nobody lives are free again
         uint whole = sources / tile, tiles = p.capacity / tile;
         if (lane == 0u) lead = whole;
@@ -97,18 +100,16 @@ void main() {
         if (first >= p.capacity) first -= p.capacity;
         sources -= lead * tile;
     }
-    uint alive = pool.born - pool.aged - pool.ended - pool.spoiled;  // low words: differences wrap
     uint room = p.capacity - (compaction == COMPACT_RING ? sources : alive);
     uint taken_in = min(all, room);
 
-    uint turn = 1u - pool.turn;  // the half that the last step counted in
     if (compaction == COMPACT_STABLE) {
         // How many survive, or are born, before each block of tiles; the advance adds up the tiles of its own.
         uint all_in = sources + taken_in, span = BLOCK * tile, carried = 0u;
         uint living_blocks = (sources + span - 1u) / span, blocks = (all_in + span - 1u) / span;
         for (uint base = 0u; base < blocks; base += lanes) {
             uint block = base + lane, count = 0u;
-            if (block < living_blocks) count = places[counts_of_blocks(turn, tile) + block];
+            if (block < living_blocks) count = base == 0u ? in_block : places[counts_of_blocks(turn, tile) + block];
             if (block < blocks) {
                 count += clamp((block + 1u) * span, sources, all_in) - clamp(block * span, sources, all_in);
             }
@@ -145,7 +146,7 @@ void main() {
     pool.born_high += carry;
     pool.dropped = uaddCarry(pool.dropped, all - taken_in, carry);
     pool.dropped_high += carry;
-    uvec2 groups = groups_of(sources + taken_in, tile);
+    uvec2 groups = groups_of(sources + taken_in - taken, tile);
     pool.groups_x = groups.x;
     pool.groups_y = groups.y;
     pool.groups_z = 1u;

@@ -38,7 +38,7 @@ vec3 mirrored(vec3 from_m, vec3 dir) {
                 else before = mid;
             }
             at = from_m + far * dir;
-            vec3 n = terrain_normal(ivec2(terrain_grid(at.xz) + 0.5));
+            vec3 n = terrain_normal_at(at.xz);
             return with_haze(terrain_lit(at, n, terrain_light(at.xz), 0.0), at - from_m);
         }
         before = far;
@@ -56,7 +56,7 @@ vec3 through(vec3 dir, float depth_m) {
         way = min(way, 0.5 * (way + deep / max(-dir.y, 0.3)));
     }
     vec3 ground = at_m + way * dir;
-    vec3 n = terrain_normal(ivec2(terrain_grid(ground.xz) + 0.5));
+    vec3 n = terrain_normal_at(ground.xz);
     float lens = clamp(1.0 / max(1.0 + 0.25 * depth_m * slope.z, 0.3), 0.4, 2.6);
     float sunlight = depth_m / max(view.to_sun.y, 0.3);
     float detail = exp(-length(ground - view.eye_m.xyz) / 120.0);

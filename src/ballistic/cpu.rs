@@ -64,10 +64,6 @@ fn leading(x: f32) -> f32 {
     f32::from_bits(x.to_bits() & 0xffff_f000)
 }
 
-fn leading3(v: Vec3) -> Vec3 {
-    vec3(leading(v.x), leading(v.y), leading(v.z))
-}
-
 /// Four numbers, 0 to 1.
 pub fn chance(p: &Params, who: Who, purpose: u32) -> [f32; 4] {
     let (low, high) = (who.serial as u32, (who.serial >> 32) as u32);
@@ -81,10 +77,9 @@ pub fn chance_of_burst(p: &Params, who: Who, purpose: u32) -> [f32; 4] {
 
 /// Age of the birth `back` before the newest.
 pub fn age_of(p: &Params, back: u32) -> Wide {
-    let i1 = f32::from_bits(p.interval_s.to_bits() & 0xffff_c000);
-    let i2 = p.interval_s - i1 + p.interval_low_s;
     let (k1, k2) = ((back & 0xffff_f000) as f32, (back & 0xfff) as f32);
-    let (a1, a2, rest) = (k1 * i1, k2 * i1, (k1 + k2) * i2 + p.since_low_s);
+    let (a1, a2) = (k1 * p.interval_s, k2 * p.interval_s);
+    let rest = (k1 + k2) * p.interval_low_s + p.since_low_s;
     let s = a1 + a2;
     let s_low = a2 - (s - a1);
     let high = s + p.since_s;
@@ -145,19 +140,19 @@ pub fn reach_of(age: Wide, drag: f32) -> Reach {
 
 /// `p0 + r.v v0 + r.a a`.
 pub fn position(p0_m: Vec3, v0_mps: Vec3, a_mps2: Vec3, r: &Reach) -> Vec3 {
-    let (m1, m2) = (leading(r.v.high), leading(r.a.high));
-    let (r1, r2) = (r.v.high - m1 + r.v.low, r.a.high - m2 + r.a.low);
-    let (v1, a1) = (leading3(v0_mps), leading3(a_mps2));
-    let (v2, a2) = (v0_mps - v1, a_mps2 - a1);
-    let (one, other) = (m1 * v1, m2 * a1);
-    let rest = m1 * v2 + r1 * v0_mps + (m2 * a2 + r2 * a_mps2);
-    let s = one + other;
-    let back = s - one;
-    let s_low = (one - (s - back)) + (other - back);
-    let q = p0_m + s;
-    let forth = q - p0_m;
-    let q_low = (p0_m - (q - forth)) + (s - forth);
-    q + (q_low + (s_low + rest))
+    let (mv, ma) = (leading(r.v.high), leading(r.a.high));
+    let (rv, ra) = (r.v.high - mv + r.v.low, r.a.high - ma + r.a.low);
+    let pulled = |p0: f32, v0: f32, a: f32| {
+        let (v1, a1) = (leading(v0), leading(a));
+        let (one, other) = (mv * v1, ma * a1);
+        let low = mv * (v0 - v1) + rv * v0 + (ma * (a - a1) + ra * a);
+        let way = one + other;
+        let back = way - one;
+        let way_low = (one - (way - back)) + (other - back);
+        (p0 + way) + (way_low + low)
+    };
+    let [x, y, z] = [0, 1, 2].map(|k| pulled(p0_m[k], v0_mps[k], a_mps2[k]));
+    vec3(x, y, z)
 }
 
 /// `r.keep v0 + r.v a`.

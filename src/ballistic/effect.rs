@@ -86,9 +86,9 @@ pub struct Params {
     pub turns_per_s: f32,
     /// 1 / life (1/s).
     pub lives_per_s: f32,
-    /// Between births (s).
+    /// Between births, ten bits of it (s).
     pub interval_s: f32,
-    /// What rounding took from it (s).
+    /// The rest of it (s).
     pub interval_low_s: f32,
     /// From the newest birth to now (s).
     pub since_s: f32,
@@ -144,8 +144,10 @@ impl Effect {
     pub fn params(&self, now: Moment, seed: u32, stream: u32, ground: &GroundGrid, capacity: u32) -> Params {
         let emission = self.emission();
         let Live { newest, births } = emission.live(now);
-        let ([interval_s, interval_low_s], [since_s, since_low_s]) =
-            (wide(emission.interval_s()), wide(emission.age_s(now, newest)));
+        let interval = emission.interval_s();
+        let interval_s = f32::from_bits((interval as f32).to_bits() & 0xffff_c000);
+        let interval_low_s = (interval - f64::from(interval_s)) as f32;
+        let [since_s, since_low_s] = wide(emission.age_s(now, newest));
         let t = now.as_s();
         let at_m = self.emitter.at_m.as_dvec3() + self.emitter.velocity_mps.as_dvec3() * t;
         let turns = (self.emitter.turns_per_s * t).rem_euclid(1.0);

@@ -103,6 +103,14 @@ impl Builtin {
     /// # Errors
     /// The device's.
     pub fn materialise(self, gpu: &Gpu) -> Result<Materialise> {
+        self.materialise_by(gpu, Materialise::ITEMS)
+    }
+
+    /// Its kernel, of so many particles an invocation.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn materialise_by(self, gpu: &Gpu, items: u32) -> Result<Materialise> {
         let (name, spv): (&CStr, &[u8]) = match self {
             Self::Fire => (c"ballistic.fire", shaders::BALLISTIC_FIRE_COMP),
             Self::Rain => (c"ballistic.rain", shaders::BALLISTIC_RAIN_COMP),
@@ -111,6 +119,6 @@ impl Builtin {
             Self::Snow => (c"ballistic.snow", shaders::BALLISTIC_SNOW_COMP),
             Self::Fireworks => (c"ballistic.fireworks", shaders::BALLISTIC_FIREWORKS_COMP),
         };
-        Materialise::new(gpu, name, spv, self.effect().has_ground)
+        Materialise::tuned(gpu, name, spv, self.effect().has_ground, items)
     }
 }

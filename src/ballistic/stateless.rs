@@ -17,12 +17,13 @@ pub struct Vertex {
 
 /// Invocations of a workgroup.
 const GROUP: u32 = 256;
-/// Invocations in a row of workgroups: beyond it there are rows, as devices count few workgroups along one axis.
-const ROW: u32 = 1 << 20;
+/// Workgroups in a row: beyond it there are rows, as devices count few workgroups along one axis.
+const ROW: u32 = 1 << 12;
 
 /// The kernel of one effect. It holds no particles.
 pub struct Materialise {
     kernel: Kernel,
+    items: u32,
     has_ground: bool,
     gpu: Gpu,
 }
@@ -32,15 +33,26 @@ impl Materialise {
     pub const ENTRY: Access = Access::ComputeWrite;
     /// How `record` touched them last.
     pub const EXIT: Access = Access::ComputeWrite;
+    /// Particles of an invocation: of an H100 two are 8 % faster than one, four as fast as two.
+    pub const ITEMS: u32 = 2;
 
     /// From the SPIR-V of an effect's kernel; `name` is how captures and errors show it.
     ///
     /// # Errors
     /// If the SPIR-V is no such kernel.
     pub fn new(gpu: &Gpu, name: &CStr, spv: &[u8], has_ground: bool) -> Result<Self> {
+        Self::tuned(gpu, name, spv, has_ground, Self::ITEMS)
+    }
+
+    /// The same with `items` particles an invocation: the speed differs, not the vertices.
+    ///
+    /// # Errors
+    /// If the SPIR-V is no such kernel.
+    pub fn tuned(gpu: &Gpu, name: &CStr, spv: &[u8], has_ground: bool, items: u32) -> Result<Self> {
         let blocks: &[&str] = if has_ground { &["Vertices", "Ground"] } else { &["Vertices"] };
-        let kernel = Kernel::new::<Params>(gpu, &KernelInfo { name, spv, blocks, constants: &[GROUP] })?;
-        Ok(Self { kernel, has_ground, gpu: gpu.clone() })
+        let constants = &[GROUP, items, GROUP];
+        let kernel = Kernel::new::<Params>(gpu, &KernelInfo { name, spv, blocks, constants })?;
+        Ok(Self { kernel, items, has_ground, gpu: gpu.clone() })
     }
 
     /// Room for `capacity` vertices; `ground_m` has the samples of the heightmap.
@@ -58,7 +70,7 @@ impl Materialise {
             resources.push(("Ground", ground_m.expect("an effect with a ground has a heightmap").into()));
         }
         let bound = self.kernel.bind(&resources)?;
-        Ok(Vertices { bound, buffer, capacity })
+        Ok(Vertices { bound, buffer, items: self.items, capacity })
     }
 }
 
@@ -66,6 +78,7 @@ impl Materialise {
 pub struct Vertices {
     bound: Bound,
     buffer: Buffer,
+    items: u32,
     capacity: u32,
 }
 
@@ -90,7 +103,8 @@ impl Vertices {
         let wanted = params.births * params.burst;
         let written = wanted.min(self.capacity);
         let params = Params { capacity: self.capacity, ..*params };
-        let threads = [written.min(ROW), written.div_ceil(ROW), 1];
+        let groups = written.div_ceil(GROUP * self.items);
+        let threads = [groups.min(ROW) * GROUP, groups.div_ceil(ROW), 1];
         rec.span(c"ballistic.materialise", |rec| rec.dispatch(&self.bound, threads, &params));
         Counts { written, dropped: wanted - written }
     }

@@ -5,8 +5,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use whitecap::{
     scene::{
-        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, Override, Scene,
-        SceneError, Verdict, WaterPlan, WaterScene,
+        builtin, measured::Refined, percent, percent_expected, EmitterPlan, Measured, MeshPlan, Override,
+        Scene, SceneError, Verdict, WaterPlan, WaterScene,
     },
     study::shapes::table,
 };
@@ -52,6 +52,33 @@ fn seed(text: &str) -> Result<u64, String> {
 impl SceneArgs {
     /// The scene with everything that the arguments change.
     pub fn load(&self) -> Result<Scene, Failure> {
+        Ok(self.read(&self.changes()?)?)
+    }
+
+    /// Number of pictures, if it is given.
+    #[cfg(feature = "viewer")]
+    pub fn frames(&self) -> Option<u32> {
+        self.frames
+    }
+
+    /// Text, name and file of the scene.
+    #[cfg(feature = "viewer")]
+    pub fn source(&self) -> Result<whitecap::view::Source, Failure> {
+        let changes = self.changes()?;
+        self.read(&changes)?; // what is wrong is said as every command says it
+        let (name, file) = match self.place()? {
+            Place::Builtin(name) => (name, None),
+            Place::File(path) => (path.display().to_string(), Some(path)),
+        };
+        let text = match &file {
+            None => builtin::toml(&name).unwrap_or_default().to_owned(),
+            Some(path) => std::fs::read_to_string(path)
+                .map_err(|source| SceneError::Read { path: path.display().to_string(), source })?,
+        };
+        Ok(whitecap::view::Source { text, name, file, changes })
+    }
+
+    fn changes(&self) -> Result<Vec<Override>, Failure> {
         let mut changes = self.set.clone();
         let mut add = |text: String| -> Result<(), SceneError> {
             changes.push(text.parse()?);
@@ -70,23 +97,34 @@ impl SceneArgs {
             let waters = self.read(&self.set)?.water.len();
             (0..waters).try_for_each(|i| add(format!("water.{i}.dt_s={dt:?}")))?;
         }
-        Ok(self.read(&changes)?)
+        Ok(changes)
     }
 
     fn read(&self, changes: &[Override]) -> Result<Scene, SceneError> {
-        let default = builtin::list().next().map_or("", |(name, _)| name);
-        let name = self.scene.clone().unwrap_or_else(|| default.into());
-        match name
-            .to_str()
-            .filter(|name| builtin::toml(name).is_some() && !std::path::Path::new(name).exists())
-        {
-            Some(name) => builtin::load(name, changes),
-            None if name.extension().is_none() && !name.exists() => {
-                Err(SceneError::NoBuiltin { name: name.display().to_string() })
-            }
-            None => Scene::load(&name, changes),
+        match self.place()? {
+            Place::Builtin(name) => builtin::load(&name, changes),
+            Place::File(path) => Scene::load(&path, changes),
         }
     }
+
+    fn place(&self) -> Result<Place, SceneError> {
+        let default = builtin::list().next().map_or("", |(name, _)| name);
+        let path = self.scene.clone().unwrap_or_else(|| default.into());
+        let name = path.to_str().filter(|name| builtin::toml(name).is_some() && !path.exists());
+        match name.map(str::to_owned) {
+            Some(name) => Ok(Place::Builtin(name)),
+            None if path.extension().is_none() && !path.exists() => {
+                Err(SceneError::NoBuiltin { name: path.display().to_string() })
+            }
+            None => Ok(Place::File(path)),
+        }
+    }
+}
+
+/// Where a scene is.
+enum Place {
+    Builtin(String),
+    File(PathBuf),
 }
 
 /// A row for each variant: what is expected of it, what it costs a column and simulated second on an H100, and why it is
@@ -151,6 +189,20 @@ fn refined(measured: &Measured, scene: &Scene) -> Vec<String> {
     lines
 }
 
+fn mesh_line(mesh: &MeshPlan) -> String {
+    let painted = match mesh.map {
+        0 => String::new(),
+        side => format!(", painted on {side} x {side} texels"),
+    };
+    format!(
+        "mesh `{}`: {} triangles, {}, {}{painted}",
+        mesh.name,
+        mesh.mesh.triangles.len(),
+        if mesh.moves() { "moves" } else { "at rest" },
+        if mesh.solid { "solid" } else { "only seen" },
+    )
+}
+
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let scene = args.scene.load()?;
     let measured = args.study.as_deref().map(Measured::read).transpose()?;
@@ -168,12 +220,21 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
         let waters: Vec<_> = plan.waters.iter().zip(&scene.water).map(water).collect();
         let emitter = |it: &EmitterPlan| json!({"name": it.name, "reason": it.reason, "capacity": it.capacity, "draw": it.draw});
         let emitters: Vec<_> = plan.emitters.iter().map(emitter).collect();
+        let mesh = |it: &MeshPlan| json!({"name": it.name, "triangles": it.mesh.triangles.len(), "moves": it.moves(), "solid": it.solid, "map": it.map});
+        let meshes: Vec<_> = plan.meshes.iter().map(mesh).collect();
         let passes: Vec<_> =
             plan.passes.iter().map(|(name, runs)| json!({"name": name, "runs": runs})).collect();
         let mut all = json!({
             "scene": scene, "waters": waters, "emitters": emitters, "passes": passes, "buffers": plan.buffers, "bytes": plan.bytes(),
             "warnings": plan.warnings,
         });
+        if !meshes.is_empty() {
+            all["meshes"] = json!(meshes);
+        }
+        if let Some(volume) = &plan.volume {
+            all["volume"] =
+                json!({"reason": volume.reason, "dt_s": volume.dt_s, "cells_a_step": volume.cells_a_step});
+        }
         if let Some(measured) = measured {
             all["refined"] = json!({"device": measured.device, "waters": measured.refine(&scene)});
         }
@@ -199,6 +260,12 @@ pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(measured) = &measured {
         refined(measured, &scene).iter().for_each(|line| print(line));
         print("");
+    }
+    for mesh in &plan.meshes {
+        print(&mesh_line(mesh));
+    }
+    if let Some(volume) = &plan.volume {
+        print(&format!("volume: {}\n", volume.reason));
     }
     for emitter in &plan.emitters {
         print(&format!(

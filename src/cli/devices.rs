@@ -67,7 +67,17 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
 fn paths(adapter: &Adapter) -> Vec<(&'static str, String)> {
     let side = f64::from(adapter.limits.max_storage_buffer_range / 4).sqrt() as u32 / 4 * 4;
     let book = f64::from(adapter.limits.max_storage_buffer_range / 20).sqrt() as u32;
-    let has_graphics = adapter.optional.iter().any(|(name, has)| *name == "graphics queue" && *has);
+    let has_graphics = adapter.has("graphics queue");
+    let layers = if adapter.has("shaderOutputLayer") { "vertex shader" } else { "geometry shader" };
+    let draws_layers = has_graphics
+        && (adapter.has("shaderOutputLayer") || adapter.has("geometryShader"))
+        && adapter.has("shaderClipDistance")
+        && adapter.has("volumes as layers");
+    let volume = [
+        Some("conservative".into()),
+        (has_graphics && adapter.has("fragmentStoresAndAtomics")).then(|| "one-pass".into()),
+        draws_layers.then(|| format!("layered by {layers}")),
+    ];
     vec![
         (
             "water",
@@ -76,6 +86,7 @@ fn paths(adapter: &Adapter) -> Vec<(&'static str, String)> {
                 side.min(whitecap::water::Model::MOST_CELLS)
             ),
         ),
+        ("volume", volume.into_iter().flatten().collect::<Vec<String>>().join(", ")),
         (
             "pictures",
             if has_graphics { "drawn on the device".into() } else { "none: no graphics queue".into() },

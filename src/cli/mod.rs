@@ -9,13 +9,15 @@ mod pipelines;
 mod run;
 mod scenes;
 mod study_command;
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
     gpu::{self, Gpu, GpuOptions},
-    particles,
+    mesh::MeshesError,
+    paint, particles,
     run::{atomic::FileError, RunError},
     scene::SceneError,
     study, water,
@@ -30,13 +32,15 @@ struct Cli {
 }
 
 const EXIT_CODES: &str =
-    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device or layer, or a full disk, 4 device lost, 5 out of \
+    "Exit codes: 0 ok, 1 a check failed, 2 bad input, 3 no Vulkan device, layer or display, or a full disk, 4 device lost, 5 out of \
                           memory.";
 
 #[derive(Subcommand)]
 enum Command {
     /// Simulate and render a scene without a window: pictures, contact sheet, clip, stats.json
     Run(run::RunArgs),
+    /// Show a scene in a window: camera, live numbers, times of passes (feature `viewer`)
+    View(view::ViewArgs),
     /// Explain a scene without running it: models, passes, buffers and bytes, and why
     Check(check::CheckArgs),
     /// List the built-in scenes, or print one to start from
@@ -64,8 +68,12 @@ struct DeviceArgs {
 
 impl DeviceArgs {
     fn open(&self) -> Result<Gpu, Failure> {
+        Ok(Gpu::headless(&self.options())?)
+    }
+
+    fn options(&self) -> GpuOptions {
         let cache = cache_dir().map(|dir| dir.join("whitecap"));
-        Ok(Gpu::headless(&GpuOptions { device: self.device.clone(), validate: self.validate, cache })?)
+        GpuOptions { device: self.device.clone(), validate: self.validate, cache }
     }
 
     /// As [`DeviceArgs::open`], to look at pipelines: none comes from a cache.
@@ -76,14 +84,18 @@ impl DeviceArgs {
 
     /// What validation said, as a failure.
     fn verdict(&self, gpu: &Gpu) -> Result<(), Failure> {
-        let messages = gpu.messages();
-        let messages = messages.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if messages.is_empty() {
-            return Ok(());
-        }
-        let list = messages.join("\n");
-        Err(Failure { code: 1, text: format!("{} validation messages:\n{list}", messages.len()) })
+        verdict(&gpu.messages())
     }
+}
+
+/// What validation said, as a failure.
+fn verdict(messages: &gpu::Messages) -> Result<(), Failure> {
+    let messages = messages.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if messages.is_empty() {
+        return Ok(());
+    }
+    let list = messages.join("\n");
+    Err(Failure { code: 1, text: format!("{} validation messages:\n{list}", messages.len()) })
 }
 
 /// Folder of the user's caches.
@@ -120,6 +132,7 @@ impl From<gpu::Error> for Failure {
             gpu::Error::Loader(_)
             | gpu::Error::NoDevice { .. }
             | gpu::Error::NoGraphics { .. }
+            | gpu::Error::NoDisplay { .. }
             | gpu::Error::NoValidation => 3,
             _ => 1,
         };
@@ -145,6 +158,24 @@ impl From<whitecap::disks::Error> for Failure {
     }
 }
 
+impl From<paint::Error> for Failure {
+    fn from(error: paint::Error) -> Self {
+        match error {
+            paint::Error::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
+impl From<MeshesError> for Failure {
+    fn from(error: MeshesError) -> Self {
+        match error {
+            MeshesError::Gpu(error) => error.into(),
+            error => Self::input(error),
+        }
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self::input(error)
@@ -166,6 +197,8 @@ impl From<study::Error> for Failure {
             study::Error::Particles(particles::Error::Gpu(error)) | study::Error::Gpu(error) => error.into(),
             study::Error::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
             study::Error::Disks(error) => error.into(),
+            study::Error::Paint(error) => error.into(),
+            study::Error::Meshes(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
             study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
@@ -181,9 +214,23 @@ impl From<RunError> for Failure {
             RunError::Disks(error) => error.into(),
             RunError::Particles(particles::Error::Gpu(error)) | RunError::Gpu(error) => error.into(),
             RunError::Particles(particles::Error::Invalid(invalid)) => Self::input(invalid),
+            RunError::Meshes(error) => error.into(),
+            RunError::Paint(error) => error.into(),
             RunError::File(error) => error.into(),
             RunError::Checkpoint(error) => Self::input(error),
             RunError::NoRenderDoc => Self { code: 3, text: error.to_string() },
+        }
+    }
+}
+
+#[cfg(feature = "viewer")]
+impl From<whitecap::view::ViewError> for Failure {
+    fn from(error: whitecap::view::ViewError) -> Self {
+        use whitecap::view::ViewError;
+        match error {
+            ViewError::Run(error) => error.into(),
+            ViewError::Script(_) => Self::input(error),
+            ViewError::Window(_) | ViewError::Panel(_) => Self { code: 3, text: error.to_string() },
         }
     }
 }
@@ -192,6 +239,7 @@ impl From<RunError> for Failure {
 pub fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Scenes(args) => scenes::run(&args),
         Command::Devices(args) => devices::run(&args),

@@ -5,8 +5,7 @@
 //! | kernel                  | reads                                  | writes                          | CPU twin                 |
 //! | ----------------------- | -------------------------------------- | ------------------------------- | ------------------------ |
 //! | `disks.travel`          | disks, starts, partners                | new disks, keys, counts         | `cpu::Disks::travel`     |
-//! | `disks.sums`            | counts                                 | sums of blocks                  | `cpu::Disks::sort`       |
-//! | `disks.starts`          | sums, counts                           | starts, counts                  | `cpu::Disks::sort`       |
+//! | `prims.reduce`, `.scan` | counts                                 | starts, counts                  | `cpu::Disks::sort`       |
 //! | `disks.slot`            | keys, starts                           | slots                           | `cpu::Disks::sort`       |
 //! | `disks.gather`          | slots, starts, new disks               | disks                           | `cpu::Disks::sort`       |
 //! | `disks.contacts`        | disks, starts                          | partners, hits                  | `cpu::Disks::contacts`   |
@@ -39,8 +38,9 @@ pub mod oracle;
 mod sorted;
 pub mod starts;
 
+pub use crate::check::Invalid;
 pub use list::{List, ListDisk, ListState};
-pub use model::{Borders, Disk, Grid, Invalid, Model, Response, Space, Stir};
+pub use model::{Borders, Disk, Grid, Model, Response, Space, Stir};
 pub use sorted::{Sorted, SortedState};
 
 use crate::gpu;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
+use crate::check::{hold, Invalid};
 use glam::{DVec3, UVec3};
 use std::fmt;
 
@@ -77,25 +78,6 @@ pub struct Model {
     /// A step (s).
     pub dt_s: f64,
 }
-
-/// A parameter out of its range: which, what it is, what is allowed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Invalid {
-    /// Name of the field, as in [`Model`] and in scene files.
-    pub key: &'static str,
-    /// Its value.
-    pub value: String,
-    /// What is allowed.
-    pub allowed: String,
-}
-
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
-    }
-}
-
-impl std::error::Error for Invalid {}
 
 /// The cells that disks are sorted into, and which disks are too large for them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -259,41 +241,35 @@ impl Model {
     /// # Errors
     /// The first parameter out of its range.
     pub fn check(&self, disks: &[Disk]) -> Result<(), Invalid> {
-        let invalid =
-            |key, value: String, allowed: &str| Err(Invalid { key, value, allowed: allowed.into() });
         let dimensions = self.space.dimensions() as usize;
         let size = &self.size_m.to_array()[..dimensions];
-        if !size.iter().all(|s| (1e-6..=1e6).contains(s)) {
-            return invalid("size_m", self.size_m.to_string(), "1e-6 to 1e6 along each axis");
+        let is_box = size.iter().all(|s| (1e-6..=1e6).contains(s));
+        hold(is_box, "size_m", self.size_m, "1e-6 to 1e6 along each axis")?;
+        hold(self.dt_s > 0.0 && self.dt_s <= 1e3, "dt_s", self.dt_s, "more than 0, at most 1000 s")?;
+        hold(self.gravity_mps2.is_finite(), "gravity_mps2", self.gravity_mps2, "finite")?;
+        if let Response::Matching { rounds, .. } = self.response {
+            hold((1..=64).contains(&rounds), "rounds", rounds, "1 to 64")?;
         }
-        if !(self.dt_s > 0.0 && self.dt_s <= 1e3) {
-            return invalid("dt_s", self.dt_s.to_string(), "more than 0, at most 1000 s");
-        }
-        if !self.gravity_mps2.is_finite() {
-            return invalid("gravity_mps2", self.gravity_mps2.to_string(), "finite");
-        }
-        if let Response::Matching { rounds: rounds @ (0 | 65..), .. } = self.response {
-            return invalid("rounds", rounds.to_string(), "1 to 64");
-        }
-        if disks.is_empty() || disks.len() > 1 << 26 {
-            return invalid("disks", disks.len().to_string(), "1 to 2^26");
-        }
+        hold((1..=1 << 26).contains(&disks.len()), "disks", disks.len(), "1 to 2^26")?;
         let narrowest = size.iter().copied().fold(f64::INFINITY, f64::min);
         let widest = match self.borders {
             Borders::Walls => 0.5 * narrowest,
             Borders::Periodic => 0.25 * narrowest, // nearer than half a box, a disk has one image only
         };
         for (i, disk) in disks.iter().enumerate() {
+            let bad = |key, value: &dyn fmt::Display, allowed: &str| {
+                hold(false, key, format!("{value} of disk {i}"), allowed) // a text for each would take seconds
+            };
             if !(disk.radius_m >= 1e-7 * narrowest && disk.radius_m <= widest) {
                 let allowed = format!("{:e} to {widest} m in this box", 1e-7 * narrowest);
-                return invalid("radius_m", format!("{} of disk {i}", disk.radius_m), &allowed);
+                return bad("radius_m", &disk.radius_m, &allowed);
             }
             let at = &disk.at_m.to_array()[..dimensions];
             if !at.iter().zip(size).all(|(x, s)| (0.0..=*s).contains(x)) {
-                return invalid("at_m", format!("{} of disk {i}", disk.at_m), "in the box");
+                return bad("at_m", &disk.at_m, "in the box");
             }
             if !(disk.velocity_mps.is_finite() && disk.velocity_mps.abs().max_element() < 1e9) {
-                return invalid("velocity_mps", format!("{} of disk {i}", disk.velocity_mps), "finite");
+                return bad("velocity_mps", &disk.velocity_mps, "finite");
             }
         }
         Ok(())

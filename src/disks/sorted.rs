@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `sorted`: disks kept in the order of cells. Reads `glsl/disks/{travel,sums,starts,slot,gather,...}`.
+//! `sorted`: disks kept in the order of cells. Reads `glsl/disks/{travel,slot,gather,...}`.
 
 use super::{spread, Borders, Disk, Error, Grid, Model, Params, Response, Space, Stir};
 use crate::{
     gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource, Result},
+    prims::{Scan, ScanBound, Sums, TILE},
     shaders,
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
-/// Cells that a workgroup of the scan takes: `BLOCK` in `glsl/disks/scan.glsl`.
-const BLOCK: usize = 4096;
 /// `p.color` of the dispatch that has the contacts of large disks.
 const LARGE_ONES: u32 = u32::MAX;
 
 /// The kernels of a response. They hold no box, so one set steps any number of them.
 pub struct Sorted {
     travel: Kernel,
-    sums: Kernel,
-    starts: Kernel,
+    scan: Scan,
     slot: Kernel,
     gather: Kernel,
     respond: Vec<Kernel>,
@@ -38,7 +36,6 @@ struct Buffers {
     new_motion: Buffer,
     key: Buffer,
     count: Buffer,
-    sums: Buffer,
     start: Buffer,
     slot: Buffer,
     partner: Buffer,
@@ -56,7 +53,6 @@ impl Buffers {
             "NewMotion" => &self.new_motion,
             "Key" => &self.key,
             "Count" => &self.count,
-            "Sums" => &self.sums,
             "Start" => &self.start,
             "Slot" => &self.slot,
             "Partner" => &self.partner,
@@ -72,7 +68,7 @@ impl Buffers {
         kernel.bind(&used)
     }
 
-    fn all(&self) -> [&Buffer; 13] {
+    fn all(&self) -> [&Buffer; 12] {
         [
             &self.place,
             &self.motion,
@@ -80,7 +76,6 @@ impl Buffers {
             &self.new_motion,
             &self.key,
             &self.count,
-            &self.sums,
             &self.start,
             &self.slot,
             &self.partner,
@@ -93,8 +88,6 @@ impl Buffers {
 
 const TRAVEL: &[&str] =
     &["Place", "Motion", "Start", "Partner", "Wake", "NewPlace", "NewMotion", "Key", "Count", "Impulse"];
-const SUMS: &[&str] = &["Count", "Sums"];
-const STARTS: &[&str] = &["Sums", "Count", "Start"];
 const SLOT: &[&str] = &["Key", "Start", "Slot"];
 const GATHER: &[&str] = &["Slot", "Start", "NewPlace", "NewMotion", "Place", "Motion"];
 const CONTACTS: &[&str] = &["Place", "Start", "Partner", "Hit"];
@@ -183,8 +176,6 @@ impl Sorted {
                 )?,
             ],
         };
-        let scan =
-            |name, spv, blocks| Kernel::new::<()>(gpu, &KernelInfo { name, spv, blocks, constants: &[] });
         Ok(Self {
             travel: kernel(
                 c"disks.travel",
@@ -194,8 +185,7 @@ impl Sorted {
                 TRAVEL,
                 &[periodic, large, response, measured],
             )?,
-            sums: scan(c"disks.sums", shaders::DISKS_SUMS_COMP, SUMS)?,
-            starts: scan(c"disks.starts", shaders::DISKS_STARTS_COMP, STARTS)?,
+            scan: Scan::clearing(gpu, Sums::for_device(gpu))?,
             slot: kernel(
                 c"disks.slot",
                 c"disks.slot_solid",
@@ -249,7 +239,7 @@ impl Sorted {
 
         let words = |name: &str, count: usize| Buffer::new(gpu, name, 4 * count as u64, Residence::Device);
         // One more than there are cells, for the end of the last.
-        let cells = (grid.count() + 1).next_multiple_of(BLOCK);
+        let cells = (grid.count() + 1).next_multiple_of(TILE as usize);
         let buffers = Buffers {
             new_place: words("disks.new_place_m", place.len())?,
             new_motion: words("disks.new_motion", motion.len())?,
@@ -257,7 +247,6 @@ impl Sorted {
             motion: gpu.upload("disks.motion", &motion)?,
             key: words("disks.key", 2 * count)?,
             count: words("disks.count", cells)?,
-            sums: words("disks.sums", cells / BLOCK)?,
             start: words("disks.start", cells)?,
             slot: words("disks.slot", count)?,
             partner: words("disks.partner", count)?,
@@ -275,8 +264,7 @@ impl Sorted {
         let respond = self.respond.iter().zip(respond_blocks(self.space, self.response));
         Ok(SortedState {
             travel: buffers.bind(&self.travel, TRAVEL)?,
-            sums: buffers.bind(&self.sums, SUMS)?,
-            starts: buffers.bind(&self.starts, STARTS)?,
+            scan: self.scan.bind(&buffers.count, &buffers.start)?,
             slot: buffers.bind(&self.slot, SLOT)?,
             gather: buffers.bind(&self.gather, GATHER)?,
             respond: respond.map(|(kernel, blocks)| buffers.bind(kernel, blocks)).collect::<Result<_>>()?,
@@ -284,7 +272,7 @@ impl Sorted {
             group: self.group,
             space: self.space,
             response: self.response,
-            cells: cells as u64,
+            cells: cells as u32,
             buffers,
         })
     }
@@ -293,8 +281,7 @@ impl Sorted {
 /// A box on the GPU.
 pub struct SortedState {
     travel: Bound,
-    sums: Bound,
-    starts: Bound,
+    scan: ScanBound,
     slot: Bound,
     gather: Bound,
     respond: Vec<Bound>,
@@ -303,7 +290,7 @@ pub struct SortedState {
     group: u32,
     space: Space,
     response: Response,
-    cells: u64,
+    cells: u32,
 }
 
 impl SortedState {
@@ -322,13 +309,7 @@ impl SortedState {
             |rec: &mut Recorder<'_>| rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
         rec.span(c"disks.travel", |rec| rec.dispatch(&self.travel, all, &p));
         between(rec);
-        // 256 invocations a block: see glsl/disks/scan.glsl.
-        let blocks = [(self.cells / (BLOCK as u64 / 256)) as u32, 1, 1];
-        rec.span(c"disks.scan", |rec| {
-            rec.dispatch(&self.sums, blocks, &());
-            between(rec);
-            rec.dispatch(&self.starts, blocks, &());
-        });
+        self.scan.record(rec, self.cells); // from counts to starts; the counts are 0 again
         between(rec);
         rec.span(c"disks.slot", |rec| rec.dispatch(&self.slot, all, &p));
         between(rec);
@@ -396,7 +377,7 @@ impl SortedState {
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        self.buffers.all().iter().map(|buffer| buffer.bytes()).sum()
+        self.scan.sums().bytes() + self.buffers.all().iter().map(|buffer| buffer.bytes()).sum::<u64>()
     }
 
     /// The disks, in the order in which they were given.

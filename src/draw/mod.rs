@@ -9,13 +9,19 @@
 //! | `draw.terrain`  | views, terrain, light       | colour, depth |
 //! | `draw.tonemap`  | views, colour               | pixels       |
 //!
-//! [`sprites`] draws particles into it: as triangles, or by a compute shader where they are small.
+//! [`mesh`] draws triangles that `mesh.pose` has placed, with the sun's [`shadow`]; [`voxels`] shows a grid of cells, and
+//! [`map_view`] the maps of painted meshes.
+//! [`sprites`] draws particles: as triangles, or by a compute shader where they are small.
 
 mod grid;
+pub mod map_view;
+pub mod mesh;
+pub mod shadow;
 pub mod sprites;
 mod stage;
 mod terrain;
 mod view;
+pub mod voxels;
 
 pub use grid::Grid;
 pub use stage::{Layers, Stage};

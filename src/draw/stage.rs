@@ -7,6 +7,7 @@ use crate::{
     },
     shaders,
 };
+use bytemuck::Zeroable;
 use glam::{UVec2, Vec4};
 
 /// Depth that shaders can read.
@@ -14,6 +15,49 @@ struct CopiedDepth {
     /// Of one sample; the depth target itself where that has one.
     image: Option<Image>,
     depth: Buffer,
+}
+
+impl CopiedDepth {
+    fn new(gpu: &Gpu, size: UVec2) -> Result<Self> {
+        let image = Image::new(gpu, "draw.depth.copied", size.to_array(), ImageUse::CopiedDepth, 1)?;
+        let bytes = 4 * size.as_u64vec2().element_product();
+        let depth = Buffer::new(gpu, "draw.scene_depth", bytes, Residence::Device)?;
+        Ok(Self { image: Some(image), depth })
+    }
+}
+
+/// What has the size of the picture.
+struct Targets {
+    color: Image,
+    depth: Image,
+    resolved: Option<Image>,
+    pixels: Buffer,
+    readback: Buffer,
+    tonemap: Bound,
+}
+
+impl Targets {
+    fn new(gpu: &Gpu, size: UVec2, samples: u32, tonemap: &Kernel, views: &Buffer) -> Result<Self> {
+        let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
+        let (color, resolved) = if samples > 1 {
+            (
+                image("draw.samples", ImageUse::SampledColor, samples)?,
+                Some(image("draw.color", ImageUse::Color, 1)?),
+            )
+        } else {
+            (image("draw.color", ImageUse::Color, 1)?, None)
+        };
+        let depth = image("draw.depth", ImageUse::Depth, samples)?;
+        let bytes = 4 * size.as_u64vec2().element_product();
+        let pixels = Buffer::new(gpu, "draw.pixels", bytes, Residence::Device)?;
+        let readback = Buffer::new(gpu, "draw.pixels.readback", bytes, Residence::Readback)?;
+        let tonemap = tonemap.bind(&[
+            ("Views", views.into()),
+            ("color", resolved.as_ref().unwrap_or(&color).into()),
+            ("Pixels", (&pixels).into()),
+        ])?;
+        Ok(Self { color, depth, resolved, pixels, readback, tonemap })
+    }
 }
 
 /// What a picture consists of, from the back. Each part draws itself, or is not there and costs nothing.
@@ -35,10 +79,12 @@ pub struct Stage {
     views: Buffer,
     grid: Grid,
     surroundings: Option<(Terrain, Bound)>,
+    kernel: Kernel,
     tonemap: Bound,
     pixels: Buffer,
     readback: Buffer,
     size: UVec2,
+    view: View,
     /// Of the light that is baked into the terrain.
     baked_sun: Option<Vec4>,
     to_sun: Vec4,
@@ -60,20 +106,7 @@ impl Stage {
     /// # Errors
     /// As [`Stage::new`].
     pub fn with_samples(gpu: &Gpu, size: UVec2, terrain: Option<TerrainGrid>, samples: u32) -> Result<Self> {
-        let image = |name, purpose, samples| Image::new(gpu, name, size.to_array(), purpose, samples);
-        let (color, resolved) = if samples > 1 {
-            (
-                image("draw.samples", ImageUse::SampledColor, samples)?,
-                Some(image("draw.color", ImageUse::Color, 1)?),
-            )
-        } else {
-            (image("draw.color", ImageUse::Color, 1)?, None)
-        };
-        let depth = image("draw.depth", ImageUse::Depth, samples)?;
         let views = Buffer::new(gpu, "draw.views", size_of::<View>() as u64, Residence::Upload)?;
-        let bytes = 4 * size.as_u64vec2().element_product();
-        let pixels = Buffer::new(gpu, "draw.pixels", bytes, Residence::Device)?;
-        let readback = Buffer::new(gpu, "draw.pixels.readback", bytes, Residence::Readback)?;
         let grid = Grid::new(gpu)?;
         let sky = RasterInfo {
             name: c"draw.sky",
@@ -100,13 +133,13 @@ impl Stage {
             }
             None => None,
         };
+        let kernel = Kernel::new::<()>(gpu, &tonemap)?;
+        let Targets { color, depth, resolved, pixels, readback, tonemap } =
+            Targets::new(gpu, size, samples, &kernel, &views)?;
         Ok(Self {
             surroundings,
-            tonemap: Kernel::new::<()>(gpu, &tonemap)?.bind(&[
-                ("Views", (&views).into()),
-                ("color", resolved.as_ref().unwrap_or(&color).into()),
-                ("Pixels", (&pixels).into()),
-            ])?,
+            kernel,
+            tonemap,
             color,
             depth,
             resolved,
@@ -116,10 +149,29 @@ impl Stage {
             pixels,
             readback,
             size,
+            view: View::zeroed(),
             baked_sun: None,
             to_sun: Vec4::Y,
             clear: [0.0, 0.0, 0.0, 1.0],
         })
+    }
+
+    /// Pictures have another size from now on. What draws to the stage stays bound to it, but for what uses
+    /// [`Stage::color`] or [`Stage::depth`], which are new. Pictures on their way keep what they use.
+    ///
+    /// # Errors
+    /// If the device has no room; then nothing has changed.
+    pub fn resize(&mut self, gpu: &Gpu, size: UVec2) -> Result<()> {
+        let targets = Targets::new(gpu, size, self.samples(), &self.kernel, &self.views)?;
+        let copied = self.copied.as_ref().map(|_| CopiedDepth::new(gpu, size)).transpose()?;
+        let Targets { color, depth, resolved, pixels, readback, tonemap } = targets;
+        (self.color, self.depth, self.resolved) = (color, depth, resolved);
+        (self.pixels, self.readback, self.tonemap, self.size) = (pixels, readback, tonemap, size);
+        self.copied = None;
+        if let Some(copied) = copied {
+            self.use_copied(copied);
+        }
+        Ok(())
     }
 
     /// From now on copies the depth of what is opaque, for soft and for splatted sprites: costs a second pass over the
@@ -128,20 +180,19 @@ impl Stage {
     /// # Errors
     /// If the device has no room.
     pub fn copy_depth(&mut self, gpu: &Gpu) -> Result<()> {
-        let copied = Image::new(gpu, "draw.depth.copied", self.size.to_array(), ImageUse::CopiedDepth, 1)?;
-        let image = if self.samples() > 1 {
-            Some(copied)
-        } else {
-            self.depth = copied;
-            None
-        };
-        let bytes = 4 * self.size.as_u64vec2().element_product();
-        let depth = Buffer::new(gpu, "draw.scene_depth", bytes, Residence::Device)?;
-        self.copied = Some(CopiedDepth { image, depth });
+        let copied = CopiedDepth::new(gpu, self.size)?;
+        self.use_copied(copied);
         Ok(())
     }
 
-    /// What the next picture shows. The last one must be finished.
+    fn use_copied(&mut self, mut copied: CopiedDepth) {
+        if self.samples() == 1 {
+            self.depth = copied.image.take().expect("just made");
+        }
+        self.copied = Some(copied);
+    }
+
+    /// What the next picture shows. It gets there with the commands of that picture, so the last one need not be finished.
     pub fn set_view(&mut self, view: &View) {
         let mut view = *view;
         if let Some((terrain, _)) = &self.surroundings {
@@ -149,7 +200,7 @@ impl Stage {
             (view.terrain_size_m, view.terrain_cells) = (grid.size_m, grid.cells);
         }
         self.to_sun = view.to_sun;
-        self.views.write(0, &[view]);
+        self.view = view;
     }
 
     /// Draws a picture: terrain and sky, then what `body` draws, and turns it to bytes for [`Stage::read`]. What `body`
@@ -162,7 +213,26 @@ impl Stage {
 
     /// As [`Stage::record`], with sprites over it. What splats read must be visible as [`Access::ComputeRead`].
     pub fn record_layers(&mut self, rec: &mut Recorder<'_>, layers: Layers<'_>) {
+        self.record_picture(rec, layers);
+        self.record_readback(rec);
+    }
+
+    /// Brings the picture to where [`Stage::read`] finds it.
+    pub fn record_readback(&self, rec: &mut Recorder<'_>) {
+        rec.copy(&self.pixels, &self.readback);
+        rec.barrier(Access::CopyWrite, Access::HostRead);
+    }
+
+    /// [`Stage::record_layers`] up to the finished bytes, which are in [`Stage::pixels`] for [`Access::CopyRead`].
+    pub fn record_picture(&mut self, rec: &mut Recorder<'_>, layers: Layers<'_>) {
         let Layers { opaque, mut sprites, splats } = layers;
+        for reader in [Access::GraphicsRead, Access::ComputeRead] {
+            rec.barrier(reader, Access::FillWrite); // of the picture before this one
+        }
+        rec.update(&self.views, &self.view);
+        for reader in [Access::GraphicsRead, Access::ComputeRead] {
+            rec.barrier(Access::FillWrite, reader);
+        }
         if let Some((terrain, _)) = self.surroundings.as_ref().filter(|_| self.baked_sun != Some(self.to_sun))
         {
             rec.barrier(Access::GraphicsRead, Access::ComputeReadWrite);
@@ -217,8 +287,6 @@ impl Stage {
         rec.barrier(Access::CopyRead, Access::ComputeWrite);
         rec.span(c"draw.tonemap", |rec| rec.dispatch(&self.tonemap, [self.size.x, self.size.y, 1], &()));
         rec.barrier(Access::ComputeWrite, Access::CopyRead);
-        rec.copy(&self.pixels, &self.readback);
-        rec.barrier(Access::CopyWrite, Access::HostRead);
     }
 
     /// The second half of [`Stage::record_layers`] on a stage that copies depth: sprites over what its targets hold.
@@ -245,6 +313,11 @@ impl Stage {
     /// The finished picture: four bytes a pixel, sRGB, row by row from the top.
     pub fn read(&self) -> Vec<u8> {
         self.readback.read()
+    }
+
+    /// The same on the device.
+    pub fn pixels(&self) -> &Buffer {
+        &self.pixels
     }
 
     /// Of the picture (pixels).

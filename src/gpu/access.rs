@@ -17,6 +17,8 @@ pub enum Access {
     IndexRead,
     /// A vertex, geometry or fragment shader reads buffers or images.
     GraphicsRead,
+    /// A fragment shader reads and writes buffers.
+    FragmentReadWrite,
     /// Colour attachment, written, blended or resolved.
     ColorWrite,
     /// Depth attachment, tested and written.
@@ -29,8 +31,8 @@ pub enum Access {
     CopyRead,
     /// Destination of a copy.
     CopyWrite,
-    /// `vkCmdFillBuffer`: a CLEAR, not a COPY, in synchronization2 terms. Older validation layers take it for a COPY, so
-    /// the barrier names both.
+    /// `vkCmdFillBuffer` and `vkCmdUpdateBuffer`: a CLEAR, not a COPY, in synchronization2 terms. Older validation layers
+    /// take it for a COPY, so the barrier names both.
     FillWrite,
     /// The host reads mapped memory.
     HostRead,
@@ -52,6 +54,9 @@ impl Access {
                 // Before rasterization: vertex and, where the device has it, geometry shaders.
                 let stages = S::PRE_RASTERIZATION_SHADERS.as_raw() | S::FRAGMENT_SHADER.as_raw();
                 (S::from_raw(stages), A::SHADER_STORAGE_READ)
+            }
+            Self::FragmentReadWrite => {
+                (S::FRAGMENT_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE))
             }
             Self::ColorWrite => {
                 (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))

@@ -171,6 +171,17 @@ impl Adapter {
             let mut props = vk::PhysicalDeviceProperties2::default().push_next(&mut capture_limits);
             unsafe { instance.get_physical_device_properties2(self.physical, &mut props) };
         }
+        let volume = super::ImageUse::Volume;
+        let has_volumes = unsafe {
+            instance.get_physical_device_image_format_properties(
+                self.physical,
+                volume.format(),
+                vk::ImageType::TYPE_3D,
+                vk::ImageTiling::OPTIMAL,
+                volume.usage(),
+                vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE,
+            )
+        };
         let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
         if has(khr::pipeline_executable_properties::NAME) {
             let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
@@ -185,7 +196,13 @@ impl Adapter {
                 "atomics of 64 bits",
                 base.shader_int64 == vk::TRUE && v12.shader_buffer_int64_atomics == vk::TRUE,
             ),
-            ("shaderOutputLayer", v12.shader_output_layer == vk::TRUE),
+            (
+                "shaderOutputLayer", // its capability in SPIR-V names the other as well
+                v12.shader_output_layer == vk::TRUE && v12.shader_output_viewport_index == vk::TRUE,
+            ),
+            ("volumes as layers", self.has_graphics && has_volumes.is_ok()),
+            ("shaderClipDistance", base.shader_clip_distance == vk::TRUE),
+            ("fragmentStoresAndAtomics", base.fragment_stores_and_atomics == vk::TRUE),
             (
                 "transform feedback",
                 capture.transform_feedback == vk::TRUE

@@ -60,6 +60,8 @@ pub(super) struct Inner {
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
+    #[cfg(feature = "viewer")]
+    pub shaders: super::reload::Shaders,
     pub device: Device,
     instance: Option<Instance>, // `None` if it is the caller's
     messages: Arc<Messages>,
@@ -101,7 +103,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] says, device by device, what was missing.
     pub fn headless(options: &GpuOptions) -> Result<Self> {
-        Self::open(options, false)
+        Self::open_first(options, false)
     }
 
     /// As [`Gpu::headless`], and what the driver makes of each pipeline is kept: [`Gpu::pipelines`]. Compiling takes longer.
@@ -109,13 +111,23 @@ impl Gpu {
     /// # Errors
     /// As [`Gpu::headless`].
     pub fn capturing(options: &GpuOptions) -> Result<Self> {
-        Self::open(options, true)
+        Self::open_first(options, true)
     }
 
-    fn open(options: &GpuOptions, captures: bool) -> Result<Self> {
-        let instance = Instance::new(options.validate)?;
+    fn open_first(options: &GpuOptions, captures: bool) -> Result<Self> {
+        let instance = Instance::new(options.validate, &[])?;
         let adapter = Adapter::choose(Adapter::all(&instance.raw)?, options.device.as_deref())?;
+        Self::open(options, instance, adapter, &[], captures)
+    }
 
+    /// `more` are extensions of the device; `captures` keeps what becomes of pipelines.
+    pub(super) fn open(
+        options: &GpuOptions,
+        instance: Instance,
+        adapter: Adapter,
+        more: &[&CStr],
+        captures: bool,
+    ) -> Result<Self> {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(adapter.family)
             .queue_priorities(&[1.0])];
@@ -128,7 +140,8 @@ impl Gpu {
         ];
         let wanted = wanted.into_iter().filter_map(|(is_wanted, name)| is_wanted.then_some(name));
         let three: &[&CStr] = if adapter.is_by_extensions { &Extensions13::NAMES } else { &[] };
-        let wanted = wanted.chain(adapter.calibration).chain(three.iter().copied());
+        let wanted =
+            wanted.chain(adapter.calibration).chain(three.iter().copied()).chain(more.iter().copied());
         let extensions: Vec<_> = wanted.map(CStr::as_ptr).collect();
         let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
@@ -139,9 +152,14 @@ impl Gpu {
         let features = vk::PhysicalDeviceFeatures::default()
             .geometry_shader(adapter.has("geometryShader"))
             .pipeline_statistics_query(adapter.has("pipelineStatisticsQuery"))
+            .shader_clip_distance(adapter.has("shaderClipDistance"))
+            .fragment_stores_and_atomics(adapter.has("fragmentStoresAndAtomics"))
             .shader_int64(has_wide_atomics);
-        let mut v12 =
-            vk::PhysicalDeviceVulkan12Features::default().shader_buffer_int64_atomics(has_wide_atomics);
+        let has_layers = adapter.has("shaderOutputLayer");
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+            .shader_buffer_int64_atomics(has_wide_atomics)
+            .shader_output_layer(has_layers)
+            .shader_output_viewport_index(has_layers);
         let mut stream = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
         let mut info = vk::DeviceCreateInfo::default()
             .enabled_features(&features)
@@ -246,6 +264,8 @@ impl Gpu {
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
+            #[cfg(feature = "viewer")]
+            shaders: Default::default(),
             device: parts.device,
             instance: parts.instance,
             messages: parts.messages,
@@ -268,7 +288,7 @@ impl Gpu {
     /// # Errors
     /// If there is no Vulkan at all.
     pub fn adapters() -> Result<Vec<Adapter>> {
-        Adapter::all(&Instance::new(false)?.raw)
+        Adapter::all(&Instance::new(false, &[])?.raw)
     }
 
     /// Name of the device.
@@ -304,6 +324,18 @@ impl Gpu {
     /// Whether buffers have atomics of 64 bits; on a caller's device never, as [`Gpu::has_geometry_shader`].
     pub fn has_wide_atomics(&self) -> bool {
         self.0.device.is_owned && self.0.adapter.has("atomics of 64 bits")
+    }
+
+    /// Asks for what only some variants use, by the name in [`Adapter::optional`]; a caller's device has none of it, as
+    /// which features it has cannot be asked.
+    ///
+    /// # Errors
+    /// [`Error::Lacks`], in the name of `who`.
+    pub fn require(&self, who: &str, what: &'static str) -> Result<()> {
+        match self.0.device.is_owned && self.0.adapter.has(what) {
+            true => Ok(()),
+            false => Err(Error::Lacks { name: who.into(), device: self.name().into(), what }),
+        }
     }
 
     /// Whether vertices can be captured: [`Stream`](super::Stream); on a caller's device never.
@@ -356,6 +388,17 @@ impl Gpu {
     fn set_c_name(&self, debug: &ext::debug_utils::Device, handle: impl vk::Handle, name: &CStr) {
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(name);
         let _ = unsafe { debug.set_debug_utils_object_name(&info) }; // names are a courtesy, never an error
+    }
+
+    /// What a pipeline is built from where `spv` is asked for: without a window nothing replaces shaders.
+    #[cfg(not(feature = "viewer"))]
+    pub(super) fn current<'s>(&self, spv: &'s [u8]) -> std::borrow::Cow<'s, [u8]> {
+        spv.into()
+    }
+
+    #[cfg(feature = "viewer")]
+    pub(super) fn instance(&self) -> Option<&Instance> {
+        self.0.instance.as_ref()
     }
 
     pub(super) fn allocator(&self) -> MutexGuard<'_, ga::Allocator> {

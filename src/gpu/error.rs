@@ -73,6 +73,16 @@ pub enum Error {
         /// Name of the clock.
         clock: &'static str,
     },
+    /// The device lacks what a variant is made of.
+    #[error("`{name}`: {device} has no {what}")]
+    Lacks {
+        /// What was asked for.
+        name: String,
+        /// Name of the device.
+        device: String,
+        /// The feature, by Vulkan's name where it has one.
+        what: &'static str,
+    },
     /// There is no Vulkan loader on this machine.
     #[error("no Vulkan loader (libvulkan1 in Debian): {0}")]
     Loader(#[from] ash::LoadingError),
@@ -86,6 +96,12 @@ pub enum Error {
         kernel: String,
         /// The two sides.
         what: String,
+    },
+    /// There is no window system to show pictures in.
+    #[error("no display: {reason}")]
+    NoDisplay {
+        /// What the window system said.
+        reason: String,
     },
     /// The GPU did not finish in time.
     #[error("the GPU did not finish within {seconds} s")]

@@ -17,8 +17,14 @@ pub enum ImageUse {
     SampledColor,
     /// Depth test: 32-bit float.
     Depth,
+    /// Drawn to layer by layer, and read by compute shaders in three dimensions: RGBA in 32-bit floats.
+    Volume,
+    /// Depth test of each layer of a volume: 32-bit float, an array of layers, since there is no depth in three dimensions.
+    LayeredDepth,
     /// Depth, one sample a pixel, that is copied to a buffer: drawn to, or resolved to.
     CopiedDepth,
+    /// A finished picture on its way to a window: bytes, copied to and from.
+    Canvas,
 }
 
 impl ImageUse {
@@ -26,24 +32,28 @@ impl ImageUse {
     pub fn format(self) -> vk::Format {
         match self {
             Self::Color | Self::SampledColor => vk::Format::R16G16B16A16_SFLOAT,
-            Self::Depth | Self::CopiedDepth => vk::Format::D32_SFLOAT,
+            Self::Volume => vk::Format::R32G32B32A32_SFLOAT,
+            Self::Depth | Self::CopiedDepth | Self::LayeredDepth => vk::Format::D32_SFLOAT,
+            Self::Canvas => vk::Format::R8G8B8A8_UNORM,
         }
     }
 
-    fn usage(self) -> vk::ImageUsageFlags {
+    pub(super) fn usage(self) -> vk::ImageUsageFlags {
         use vk::ImageUsageFlags as U;
         match self {
             Self::Color => U::COLOR_ATTACHMENT | U::STORAGE | U::TRANSFER_SRC,
             Self::SampledColor => U::COLOR_ATTACHMENT,
-            Self::Depth => U::DEPTH_STENCIL_ATTACHMENT,
+            Self::Volume => U::COLOR_ATTACHMENT | U::STORAGE,
+            Self::Depth | Self::LayeredDepth => U::DEPTH_STENCIL_ATTACHMENT,
             Self::CopiedDepth => U::DEPTH_STENCIL_ATTACHMENT | U::TRANSFER_SRC,
+            Self::Canvas => U::STORAGE | U::TRANSFER_SRC | U::TRANSFER_DST,
         }
     }
 
     fn aspect(self) -> vk::ImageAspectFlags {
         match self {
-            Self::Color | Self::SampledColor => vk::ImageAspectFlags::COLOR,
-            Self::Depth | Self::CopiedDepth => vk::ImageAspectFlags::DEPTH,
+            Self::Color | Self::SampledColor | Self::Volume | Self::Canvas => vk::ImageAspectFlags::COLOR,
+            Self::Depth | Self::CopiedDepth | Self::LayeredDepth => vk::ImageAspectFlags::DEPTH,
         }
     }
 }
@@ -56,9 +66,10 @@ pub struct Image(Arc<Inner>);
 struct Inner {
     raw: vk::Image,
     view: vk::ImageView,
+    layers_view: vk::ImageView, // null where the image is flat
     memory: ga::Allocation,
     name: String,
-    extent: vk::Extent2D,
+    extent: vk::Extent3D,
     purpose: ImageUse,
     samples: u32,
     gpu: Gpu,
@@ -80,6 +91,57 @@ impl Image {
         samples: u32,
     ) -> Result<Self> {
         assert!(samples.is_power_of_two(), "`{name}`: {samples} samples");
+        assert!(
+            !matches!(purpose, ImageUse::Volume | ImageUse::LayeredDepth),
+            "`{name}`: {purpose:?} has layers"
+        );
+        Self::make(gpu, name, [width, height, 1], purpose, samples)
+    }
+
+    /// An image of layers, each to be drawn to: [`ImageUse::Volume`] or [`ImageUse::LayeredDepth`].
+    ///
+    /// # Errors
+    /// As [`Image::new`]; [`Error::Lacks`] if the device cannot draw to layers of such an image.
+    ///
+    /// # Panics
+    /// If `purpose` is another.
+    pub fn layered(gpu: &Gpu, name: &str, size: [u32; 3], purpose: ImageUse) -> Result<Self> {
+        assert!(
+            matches!(purpose, ImageUse::Volume | ImageUse::LayeredDepth),
+            "`{name}`: {purpose:?} has no layers"
+        );
+        let limits = gpu.limits();
+        let most = limits.max_image_dimension3_d;
+        let layers = limits.max_framebuffer_layers.min(limits.max_image_array_layers);
+        for (needed, allowed, limit) in [
+            (size[0].max(size[1]).max(size[2]), most, "maxImageDimension3D, cells"),
+            (size[2], layers, "maxFramebufferLayers and maxImageArrayLayers"),
+        ] {
+            if needed > allowed {
+                let (name, device) = (name.into(), gpu.name().into());
+                return Err(Error::Limit {
+                    name,
+                    needed: needed.into(),
+                    device,
+                    allowed: allowed.into(),
+                    limit,
+                });
+            }
+        }
+        if purpose == ImageUse::Volume && !gpu.draws_to_volumes() {
+            let (name, device) = (name.into(), gpu.name().into());
+            return Err(Error::Lacks { name, device, what: "volumes of RGBA32F to draw to and to store to" });
+        }
+        Self::make(gpu, name, size, purpose, 1)
+    }
+
+    fn make(
+        gpu: &Gpu,
+        name: &str,
+        [width, height, depth]: [u32; 3],
+        purpose: ImageUse,
+        samples: u32,
+    ) -> Result<Self> {
         let limits = gpu.limits();
         let framebuffer = limits.max_framebuffer_width.min(limits.max_framebuffer_height);
         let allowed = limits.max_image_dimension2_d.min(framebuffer);
@@ -95,13 +157,19 @@ impl Image {
         if !gpu.has_graphics() {
             return Err(Error::NoGraphics { device: gpu.name().into(), name: name.into() });
         }
-        let extent = vk::Extent2D { width, height };
+        let extent = vk::Extent3D { width, height, depth };
+        let is_volume = purpose == ImageUse::Volume;
+        let (kind, flags, deep, layers) = match is_volume {
+            true => (vk::ImageType::TYPE_3D, VOLUME_FLAGS, depth, 1),
+            false => (vk::ImageType::TYPE_2D, vk::ImageCreateFlags::empty(), 1, depth),
+        };
         let info = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
+            .flags(flags)
+            .image_type(kind)
             .format(purpose.format())
-            .extent(vk::Extent3D { width, height, depth: 1 })
+            .extent(vk::Extent3D { width, height, depth: deep })
             .mip_levels(1)
-            .array_layers(1)
+            .array_layers(layers)
             .samples(vk::SampleCountFlags::from_raw(samples))
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(purpose.usage());
@@ -110,6 +178,7 @@ impl Image {
         let mut image = Inner {
             raw: vk::Image::null(),
             view: vk::ImageView::null(),
+            layers_view: vk::ImageView::null(),
             memory: ga::Allocation::default(),
             name: name.into(),
             extent,
@@ -132,15 +201,33 @@ impl Image {
         let (memory, offset) = unsafe { (image.memory.memory(), image.memory.offset()) };
         unsafe { device.bind_image_memory(image.raw, memory, offset) }
             .or_call_for("vkBindImageMemory", name)?;
-        let range =
-            vk::ImageSubresourceRange::default().aspect_mask(purpose.aspect()).level_count(1).layer_count(1);
-        let view = vk::ImageViewCreateInfo::default()
-            .image(image.raw)
-            .view_type(vk::ImageViewType::TYPE_2D)
-            .format(purpose.format())
-            .subresource_range(range);
-        image.view =
-            unsafe { device.create_image_view(&view, None) }.or_call_for("vkCreateImageView", name)?;
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(purpose.aspect())
+            .level_count(1)
+            .layer_count(layers);
+        let view = |kind, range| {
+            let info = vk::ImageViewCreateInfo::default()
+                .image(image.raw)
+                .view_type(kind)
+                .format(purpose.format())
+                .subresource_range(range);
+            unsafe { device.create_image_view(&info, None) }.or_call_for("vkCreateImageView", name)
+        };
+        // What shaders see, and what is drawn to: of a volume its slices, as layers of an array.
+        let layers = vk::ImageViewType::TYPE_2D_ARRAY;
+        let (whole, drawn) = match purpose {
+            ImageUse::Volume => {
+                (view(vk::ImageViewType::TYPE_3D, range), Some(view(layers, range.layer_count(depth))))
+            }
+            ImageUse::LayeredDepth => (view(layers, range), None),
+            _ => (view(vk::ImageViewType::TYPE_2D, range), None),
+        };
+        // Both are kept before either may fail, so that `Drop` frees what was made.
+        image.view = whole.as_ref().copied().unwrap_or_default();
+        image.layers_view =
+            drawn.as_ref().map_or(image.view, |drawn| drawn.as_ref().copied().unwrap_or_default());
+        whole?;
+        drawn.transpose()?;
         gpu.set_name(image.raw, name);
         gpu.set_name(image.view, name);
         let image = Self(Arc::new(image));
@@ -156,6 +243,11 @@ impl Image {
         self.0.view
     }
 
+    /// What is drawn to, in layers or not.
+    pub(super) fn drawn_view(&self) -> vk::ImageView {
+        self.0.layers_view
+    }
+
     /// As captures and validation show it.
     pub fn name(&self) -> &str {
         &self.0.name
@@ -164,6 +256,11 @@ impl Image {
     /// Width and height (pixels).
     pub fn size(&self) -> [u32; 2] {
         [self.0.extent.width, self.0.extent.height]
+    }
+
+    /// Layers: slices of a volume.
+    pub fn layers(&self) -> u32 {
+        self.0.extent.depth
     }
 
     /// What it is for.
@@ -179,15 +276,30 @@ impl Image {
     /// The access that its first use waits for.
     pub(super) fn first_access(&self) -> Access {
         match self.0.purpose {
-            ImageUse::Color | ImageUse::SampledColor => Access::ColorWrite,
-            ImageUse::Depth | ImageUse::CopiedDepth => Access::DepthWrite,
+            ImageUse::Color | ImageUse::SampledColor | ImageUse::Volume => Access::ColorWrite,
+            ImageUse::Depth | ImageUse::CopiedDepth | ImageUse::LayeredDepth => Access::DepthWrite,
+            ImageUse::Canvas => Access::CopyWrite,
         }
+    }
+}
+
+/// Slices of a volume as layers that can be drawn to.
+const VOLUME_FLAGS: vk::ImageCreateFlags = vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE;
+
+impl Gpu {
+    /// Whether slices of a volume can be drawn to: Vulkan's "2D array compatible" 3D images, of the format and uses of
+    /// [`ImageUse::Volume`]. Portability subsets may not have them.
+    pub fn draws_to_volumes(&self) -> bool {
+        self.0.adapter.has("volumes as layers")
     }
 }
 
 impl Drop for Inner {
     fn drop(&mut self) {
         unsafe {
+            if self.layers_view != self.view {
+                self.gpu.device().destroy_image_view(self.layers_view, None);
+            }
             self.gpu.device().destroy_image_view(self.view, None);
             self.gpu.device().destroy_image(self.raw, None);
         }

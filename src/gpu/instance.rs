@@ -19,11 +19,12 @@ pub(super) struct Instance {
     /// Labels and object names are on whenever the loader has them: profilers need them without validation, too.
     pub has_debug_utils: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    _loader: ash::Entry, // last: unloading the library takes every function pointer with it
+    pub loader: ash::Entry, // last: unloading the library takes every function pointer with it
 }
 
 impl Instance {
-    pub fn new(validate: bool) -> Result<Self> {
+    /// `more` are extensions that a window system asks for.
+    pub fn new(validate: bool, more: &[*const c_char]) -> Result<Self> {
         let loader = unsafe { ash::Entry::load() }?;
         let layers = unsafe { loader.enumerate_instance_layer_properties() }
             .or_call("vkEnumerateInstanceLayerProperties")?;
@@ -36,7 +37,7 @@ impl Instance {
         let has_debug_utils = validate || has(ext::debug_utils::NAME);
         let portability = has(khr::portability_enumeration::NAME);
 
-        let mut extensions: Vec<*const c_char> = Vec::new();
+        let mut extensions: Vec<*const c_char> = more.to_vec();
         extensions.extend(has_debug_utils.then_some(ext::debug_utils::NAME.as_ptr()));
         extensions.extend(portability.then_some(khr::portability_enumeration::NAME.as_ptr()));
         let layers: &[_] = if validate { &[LAYER.as_ptr()] } else { &[] };
@@ -64,11 +65,10 @@ impl Instance {
         };
 
         // From here `Drop` cleans up, also when the messenger fails.
-        let mut instance =
-            Self { raw, messages: Arc::default(), has_debug_utils, messenger: None, _loader: loader };
+        let mut instance = Self { raw, messages: Arc::default(), has_debug_utils, messenger: None, loader };
         if validate {
             use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Kind};
-            let api = ext::debug_utils::Instance::new(&instance._loader, &instance.raw);
+            let api = ext::debug_utils::Instance::new(&instance.loader, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
                 .message_severity(Severity::WARNING | Severity::ERROR)
                 .message_type(Kind::VALIDATION | Kind::PERFORMANCE)

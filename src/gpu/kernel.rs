@@ -32,7 +32,8 @@ impl Kernel {
     /// larger than the device allows.
     pub fn new<P>(gpu: &Gpu, info: &KernelInfo<'_>) -> Result<Self> {
         let mismatch = |what| Error::Interface { kernel: info.name.to_string_lossy().into_owned(), what };
-        let interface = reflect(info.spv, info.constants).map_err(mismatch)?;
+        let spv = gpu.current(info.spv);
+        let interface = reflect(&spv, info.constants).map_err(mismatch)?;
         let size =
             interface.local_size.ok_or_else(|| mismatch("no workgroup size: not a compute shader".into()))?;
         let limits = gpu.limits();
@@ -49,7 +50,7 @@ impl Kernel {
             HostSide { blocks: info.blocks, push_bytes: size_of::<P>(), constants: info.constants.len() };
         let stage = vk::ShaderStageFlags::COMPUTE;
         let program = Program::new(gpu, info.name, interface, stage, &host)?;
-        let shader = Shader { stage, spv: info.spv };
+        let shader = Shader { stage, spv: &spv };
         let built = program.build(
             &[shader],
             info.constants,

@@ -18,16 +18,21 @@ pub mod glsl;
 mod image;
 mod instance;
 mod kernel;
+mod layers;
 mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
+#[cfg(feature = "viewer")]
+pub mod reload;
 mod renderdoc;
 mod shared;
 mod statistics;
 mod stream;
 mod submit;
 mod timing;
+#[cfg(feature = "viewer")]
+pub mod window;
 mod zone;
 
 pub use access::Access;
@@ -40,8 +45,9 @@ pub use executables::{Executable, PipelineReport, Statistic};
 pub use image::{Image, ImageUse};
 pub use instance::Messages;
 pub use kernel::{Kernel, KernelInfo};
+pub use layers::LayersTarget;
 pub use program::{Bound, Resource};
-pub use raster::{Blend, Depth, Raster, RasterInfo, Topology};
+pub use raster::{Attachments, Blend, Depth, Raster, RasterInfo, Topology};
 pub use recorder::{Recorder, Target};
 pub use renderdoc::RenderDoc;
 pub use statistics::Statistics;

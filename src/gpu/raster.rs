@@ -36,8 +36,21 @@ pub enum Blend {
 pub enum Depth {
     /// Test and write.
     Write,
+    /// Test and write; of what is as near, the first stays.
+    WriteNearer,
     /// Test only.
     Test,
+}
+
+/// What a pipeline draws to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attachments {
+    /// [`ImageUse::Color`] and depth: [`Recorder::render`](super::Recorder::render).
+    Picture,
+    /// Two [`ImageUse::Volume`]s and their depth: [`Recorder::render_layers`](super::Recorder::render_layers).
+    Volumes,
+    /// Nothing: fragments write buffers, [`Recorder::render_nothing`](super::Recorder::render_nothing).
+    Nothing,
 }
 
 /// A graphics pipeline: vertices are pulled from storage buffers by `gl_VertexIndex`, there are no vertex buffers.
@@ -69,25 +82,35 @@ pub struct RasterInfo<'a> {
 pub struct Raster(Arc<Program>);
 
 impl Raster {
-    /// `P` is the push-constant struct of all stages, `()` if there is none.
+    /// A pipeline that draws pictures. `P` is the push-constant struct of all stages, `()` if there is none.
+    ///
+    /// # Errors
+    /// As [`Raster::onto`].
+    pub fn new<P>(gpu: &Gpu, info: &RasterInfo<'_>) -> Result<Self> {
+        Self::onto::<P>(gpu, info, Attachments::Picture)
+    }
+
+    /// A pipeline that draws to `attachments`.
     ///
     /// # Errors
     /// [`Error::Interface`] if the blocks, the constants or the size of `P` differ from the SPIR-V, or the device lacks the
     /// stage.
-    pub fn new<P>(gpu: &Gpu, info: &RasterInfo<'_>) -> Result<Self> {
+    pub fn onto<P>(gpu: &Gpu, info: &RasterInfo<'_>, attachments: Attachments) -> Result<Self> {
         let name = || info.name.to_string_lossy().into_owned();
         if !gpu.has_graphics() {
             return Err(Error::NoGraphics { device: gpu.name().into(), name: name() });
         }
         let mismatch = |what| Error::Interface { kernel: name(), what };
-        let vertex = reflect(info.vertex, info.constants).map_err(mismatch)?;
-        let fragment = reflect(info.fragment, info.constants).map_err(mismatch)?;
+        let (vertex_spv, fragment_spv) = (gpu.current(info.vertex), gpu.current(info.fragment));
+        let geometry_spv = info.geometry.map(|spv| gpu.current(spv));
+        let vertex = reflect(&vertex_spv, info.constants).map_err(mismatch)?;
+        let fragment = reflect(&fragment_spv, info.constants).map_err(mismatch)?;
         let mut interface = vertex.merge(fragment).map_err(mismatch)?;
         let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
         let mut stages = vertex | fragment;
         let mut shaders =
-            vec![Shader { stage: vertex, spv: info.vertex }, Shader { stage: fragment, spv: info.fragment }];
-        if let Some(spv) = info.geometry {
+            vec![Shader { stage: vertex, spv: &vertex_spv }, Shader { stage: fragment, spv: &fragment_spv }];
+        if let Some(spv) = geometry_spv.as_deref() {
             if !gpu.has_geometry_shader() {
                 return Err(mismatch(format!("{} has no geometry shaders", gpu.name())));
             }
@@ -103,7 +126,9 @@ impl Raster {
                 &shaders,
                 info.constants,
                 "vkCreateGraphicsPipelines",
-                |device, cache, stages, layout, flags| create(device, cache, stages, (layout, flags), info),
+                |device, cache, stages, layout, flags| {
+                    create(device, cache, stages, (layout, flags), info, attachments)
+                },
             )
             .map(Self)
     }
@@ -123,6 +148,7 @@ fn create(
     stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     (layout, flags): (vk::PipelineLayout, vk::PipelineCreateFlags),
     info: &RasterInfo<'_>,
+    onto: Attachments,
 ) -> Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)> {
     let vertices = vk::PipelineVertexInputStateCreateInfo::default();
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match info.topology {
@@ -138,29 +164,41 @@ fn create(
     let samples = vk::PipelineMultisampleStateCreateInfo::default()
         .rasterization_samples(vk::SampleCountFlags::from_raw(info.samples));
     let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-        .depth_test_enable(true)
-        .depth_write_enable(info.depth == Depth::Write)
-        .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
+        .depth_test_enable(onto != Attachments::Nothing)
+        .depth_write_enable(onto != Attachments::Nothing && info.depth != Depth::Test)
+        .depth_compare_op(match info.depth {
+            Depth::WriteNearer => vk::CompareOp::GREATER,
+            Depth::Write | Depth::Test => vk::CompareOp::GREATER_OR_EQUAL,
+        });
     let (one, zero) = (vk::BlendFactor::ONE, vk::BlendFactor::ZERO);
     let (source, target) = match info.blend {
         Blend::Opaque => (one, zero),
         Blend::Over => (one, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
         Blend::Add => (one, one),
     };
-    let attachments = [vk::PipelineColorBlendAttachmentState::default()
+    let formats: &[vk::Format] = match onto {
+        Attachments::Picture => &[ImageUse::Color.format()],
+        Attachments::Volumes => &[ImageUse::Volume.format(); 2],
+        Attachments::Nothing => &[],
+    };
+    let blended = vk::PipelineColorBlendAttachmentState::default()
         .color_write_mask(vk::ColorComponentFlags::RGBA)
         .blend_enable(info.blend != Blend::Opaque)
         .src_color_blend_factor(source)
         .dst_color_blend_factor(target)
         .src_alpha_blend_factor(source)
-        .dst_alpha_blend_factor(target)];
+        .dst_alpha_blend_factor(target);
+    let attachments = vec![blended; formats.len()];
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
     let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
     let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
-    let formats = [ImageUse::Color.format()];
+    let depth_format = match onto {
+        Attachments::Nothing => vk::Format::UNDEFINED,
+        Attachments::Picture | Attachments::Volumes => ImageUse::Depth.format(),
+    };
     let mut rendering = vk::PipelineRenderingCreateInfo::default()
-        .color_attachment_formats(&formats)
-        .depth_attachment_format(ImageUse::Depth.format());
+        .color_attachment_formats(formats)
+        .depth_attachment_format(depth_format);
     let pipeline = vk::GraphicsPipelineCreateInfo::default()
         .flags(flags)
         .stages(stages)

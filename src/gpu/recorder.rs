@@ -22,8 +22,8 @@ pub struct Target<'a> {
 
 /// Writes commands into a command buffer that someone else allocates, begins, ends and submits.
 pub struct Recorder<'g> {
-    gpu: &'g Gpu,
-    cmd: vk::CommandBuffer,
+    pub(super) gpu: &'g Gpu,
+    pub(super) cmd: vk::CommandBuffer,
     queries: vk::QueryPool,
     statistics: vk::QueryPool,
     room: usize,
@@ -99,7 +99,7 @@ impl<'g> Recorder<'g> {
         self
     }
 
-    fn keep(&mut self, used: impl FnOnce() -> Kept) {
+    pub(super) fn keep(&mut self, used: impl FnOnce() -> Kept) {
         if let Some(keep) = &mut self.keep {
             keep.push(used());
         }
@@ -171,6 +171,19 @@ impl<'g> Recorder<'g> {
     /// All that was done as `from` before this point is finished and visible to all that is done as `to` after it.
     pub fn barrier(&mut self, from: Access, to: Access) {
         let barrier = Access::barrier(from, to);
+        let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&barrier));
+        unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
+    }
+
+    /// All that was recorded before, in earlier submissions of the queue too, is finished and visible to all that comes.
+    pub fn after_all(&mut self) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let (write, read) = (vk::AccessFlags2::MEMORY_WRITE, vk::AccessFlags2::MEMORY_READ);
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(write)
+            .dst_stage_mask(all)
+            .dst_access_mask(write | read);
         let info = vk::DependencyInfo::default().memory_barriers(slice::from_ref(&barrier));
         unsafe { self.gpu.device().cmd_pipeline_barrier2(self.cmd, &info) };
     }
@@ -440,6 +453,19 @@ impl<'g> Recorder<'g> {
     pub fn fill(&mut self, buffer: &Buffer, word: u32) {
         self.keep(|| Kept::Buffer(buffer.clone()));
         unsafe { self.gpu.device().cmd_fill_buffer(self.cmd, buffer.raw(), 0, vk::WHOLE_SIZE, word) };
+    }
+
+    /// Writes `value` to the start of `buffer` when the GPU gets there, as [`Access::FillWrite`]: what was recorded before
+    /// still reads the old value, so that several pictures can be on their way.
+    ///
+    /// # Panics
+    /// If it does not fit, is larger than 64 KiB, or not of whole words.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, value: &T) {
+        let bytes = bytemuck::bytes_of(value);
+        let fits = bytes.len() as u64 <= buffer.bytes() && bytes.len() <= 65_536;
+        assert!(fits && bytes.len().is_multiple_of(4), "{} bytes to `{}`", bytes.len(), buffer.name());
+        self.keep(|| Kept::Buffer(buffer.clone()));
+        unsafe { self.gpu.device().cmd_update_buffer(self.cmd, buffer.raw(), 0, bytes) };
     }
 
     /// The one transition of an image: from UNDEFINED to GENERAL, before its first use.

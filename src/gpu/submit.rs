@@ -12,7 +12,7 @@ use super::{
 use ash::vk;
 use std::{ffi::CStr, time::Instant};
 
-const TIMEOUT_S: u64 = 300;
+pub(super) const TIMEOUT_S: u64 = 300;
 
 /// Time of one span.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,19 +192,9 @@ impl Submitter {
             host: waits.host,
             ..Times::default()
         };
-        let mut spans = if self.queries == vk::QueryPool::null() {
-            fenced_spans(&recorded.spans, &waits.stamps)
-        } else {
-            let ticks = self.ticks(recorded.spans.len())?;
-            let begins = if self.is_watched {
-                let (begins, placed) = place(&gpu, &ticks, (record.end, done));
-                times.placed = placed;
-                begins.into_iter().map(Some).collect()
-            } else {
-                vec![None; ticks.len()]
-            };
-            self.stamped_spans(&recorded.spans, &ticks, begins)
-        };
+        let watched = self.is_watched.then_some((record.end, done));
+        let (mut spans, placed) = span_times(&gpu, self.queries, &recorded.spans, &waits.stamps, watched)?;
+        times.placed = placed;
         if let Some(statistics) = &self.statistics {
             for (span, counts) in spans.iter_mut().zip(statistics.read(recorded.spans.len())?) {
                 span.statistics = counts;
@@ -213,42 +203,36 @@ impl Submitter {
         times.spans = spans;
         Ok(times)
     }
-
-    /// Both stamps of each of the first `spans`.
-    fn ticks(&self, spans: usize) -> Result<Vec<[u64; 2]>> {
-        let mut ticks = vec![[0u64; 2]; spans];
-        if spans > 0 {
-            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-            let flat = ticks.as_flattened_mut();
-            unsafe { self.gpu.device().get_query_pool_results(self.queries, 0, flat, flags) }
-                .or_call("vkGetQueryPoolResults")?;
-        }
-        Ok(ticks)
-    }
-
-    fn stamped_spans(
-        &self,
-        names: &[&'static CStr],
-        ticks: &[[u64; 2]],
-        begins: Vec<Option<Instant>>,
-    ) -> Vec<SpanTime> {
-        let tick_ms = f64::from(self.gpu.limits().timestamp_period) * 1e-6;
-        // Only so many bits count; they wrap.
-        let mask = u64::MAX >> (64 - self.gpu.0.adapter.timestamp_bits.clamp(1, 64));
-        let ms = |[begin, end]: &[u64; 2]| (end.wrapping_sub(*begin) & mask) as f64 * tick_ms;
-        let span = |((&name, ticks), begin)| SpanTime { name, ms: ms(ticks), begin, statistics: Vec::new() };
-        names.iter().zip(ticks).zip(begins).map(span).collect()
-    }
 }
 
-fn fenced_spans(names: &[&'static CStr], stamps: &[Instant]) -> Vec<SpanTime> {
-    let span = |(&name, stamps): (&&'static CStr, &[Instant])| SpanTime {
-        name,
-        ms: (stamps[1] - stamps[0]).as_secs_f64() * 1e3,
-        begin: Some(stamps[0]),
-        statistics: Vec::new(),
-    };
-    names.iter().zip(stamps.chunks_exact(2)).map(span).collect()
+/// Times of finished spans: by the host's `stamps`, or where there are none, from `queries`; these are placed if somebody
+/// watches what was submitted and done at these moments.
+pub(super) fn span_times(
+    gpu: &Gpu,
+    queries: vk::QueryPool,
+    names: &[&'static CStr],
+    stamps: &[Instant],
+    watched: Option<(Instant, Instant)>,
+) -> Result<(Vec<SpanTime>, Placed)> {
+    let span = |name: &&'static CStr, ms, begin| SpanTime { name: *name, ms, begin, statistics: Vec::new() };
+    if !stamps.is_empty() || names.is_empty() {
+        let ms = |pair: &[Instant]| (pair[1] - pair[0]).as_secs_f64() * 1e3;
+        let pairs = names.iter().zip(stamps.chunks_exact(2));
+        return Ok((pairs.map(|(name, pair)| span(name, ms(pair), Some(pair[0]))).collect(), Placed::Host));
+    }
+    let mut ticks = vec![[0u64; 2]; names.len()];
+    let (flat, flags) =
+        (ticks.as_flattened_mut(), vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT);
+    unsafe { gpu.device().get_query_pool_results(queries, 0, flat, flags) }
+        .or_call("vkGetQueryPoolResults")?;
+    let tick_ms = f64::from(gpu.limits().timestamp_period) * 1e-6;
+    // Only so many bits count; they wrap.
+    let mask = u64::MAX >> (64 - gpu.0.adapter.timestamp_bits.clamp(1, 64));
+    let ms = |[begin, end]: &[u64; 2]| (end.wrapping_sub(*begin) & mask) as f64 * tick_ms;
+    let (begins, placed) = watched.map_or_else(Default::default, |within| place(gpu, &ticks, within));
+    let begins = begins.into_iter().map(Some).chain(std::iter::repeat(None));
+    let timed = names.iter().zip(&ticks).zip(begins);
+    Ok((timed.map(|((name, ticks), begin)| span(name, ms(ticks), begin)).collect(), placed))
 }
 
 impl Drop for Submitter {
@@ -266,7 +250,7 @@ impl Drop for Submitter {
     }
 }
 
-fn begin(device: &ash::Device, cmd: vk::CommandBuffer) -> Result<()> {
+pub(super) fn begin(device: &ash::Device, cmd: vk::CommandBuffer) -> Result<()> {
     let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
     unsafe { device.begin_command_buffer(cmd, &info) }.or_call("vkBeginCommandBuffer")
 }
@@ -303,11 +287,11 @@ pub(super) trait Flush {
 #[derive(Default)]
 pub(super) struct Waits {
     /// Two a span.
-    stamps: Vec<Instant>,
+    pub stamps: Vec<Instant>,
     host: Vec<HostTime>,
 }
 
-struct Fenced<'g> {
+pub(super) struct Fenced<'g> {
     gpu: &'g Gpu,
     fence: vk::Fence,
     so_far: Waits,
@@ -315,7 +299,7 @@ struct Fenced<'g> {
 }
 
 impl<'g> Fenced<'g> {
-    fn new(gpu: &'g Gpu, fence: vk::Fence) -> Self {
+    pub fn new(gpu: &'g Gpu, fence: vk::Fence) -> Self {
         Self { gpu, fence, so_far: Waits::default(), failed: None }
     }
 }

@@ -14,12 +14,15 @@
 pub mod cpu;
 #[cfg(feature = "tools")]
 mod gltf;
+mod meshes;
 #[cfg(feature = "tools")]
 mod obj;
 mod posed;
 mod rig;
 pub mod shapes;
+pub mod walls;
 
+pub use meshes::{Body, Meshes, MeshesError, Part};
 pub use posed::{Pose, PoseParams, Posed, VERTEX_WORDS};
 pub use rig::{Curve, Joint, Node, Rig, Track, Value};
 

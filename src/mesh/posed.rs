@@ -6,7 +6,7 @@ use crate::{
     gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
     shaders,
 };
-use glam::{Mat3, Mat4};
+use glam::Mat4;
 
 /// Words of a vertex at rest: place, normal, texture coordinates, joints, weights.
 pub const VERTEX_WORDS: usize = 13;
@@ -21,6 +21,10 @@ pub struct PoseParams {
     pub joints: u32,
     /// What turns the difference of the second and the third pose into a velocity (1/s).
     pub rate_per_s: f32,
+    /// First vertex of the mesh, where several share the buffers.
+    pub first_vertex: u32,
+    /// Its first joint.
+    pub first_joint: u32,
 }
 
 /// The kernel. It holds no mesh, so it poses any number of them.
@@ -53,15 +57,7 @@ impl Pose {
     /// If the device has no room, or cannot see a buffer of that size.
     pub fn mesh(&self, mesh: &Mesh) -> Result<Posed> {
         let gpu = &self.gpu;
-        let mut words: Vec<f32> = Vec::with_capacity(VERTEX_WORDS * mesh.at_m.len());
-        for (i, hold) in mesh.hold.iter().enumerate() {
-            let [a, b, c, d] = hold.joints.map(u32::from);
-            words.extend(mesh.at_m[i].to_array());
-            words.extend(mesh.normals[i].to_array());
-            words.extend(mesh.uv.get(i).copied().unwrap_or_default().to_array());
-            words.extend([a | b << 16, c | d << 16].map(f32::from_bits));
-            words.extend(&hold.weights[..3]); // the last is what is left to 1
-        }
+        let words = at_rest(mesh);
         let device = |name: &str, bytes: usize| Buffer::new(gpu, name, bytes as u64, Residence::Device);
         let rest = device("mesh.rest", 4 * words.len())?;
         gpu.upload_to(&rest, &words)?;
@@ -70,13 +66,27 @@ impl Pose {
         let joints = mesh.rig.joints.len();
         let matrices = device("mesh.matrices", 3 * 48 * joints)?;
         let places = device("mesh.places", 24 * mesh.at_m.len())?;
-        let bound = self.pose.bind(&[
-            ("Rest", (&rest).into()),
-            ("Matrices", (&matrices).into()),
-            ("Places", (&places).into()),
-        ])?;
+        let bound = self.bind(&rest, &matrices, &places)?;
         Ok(Posed { rest, triangles, matrices, places, bound, mesh: mesh.clone(), gpu: gpu.clone() })
     }
+
+    pub(super) fn bind(&self, rest: &Buffer, matrices: &Buffer, places: &Buffer) -> Result<Bound> {
+        self.pose.bind(&[("Rest", rest.into()), ("Matrices", matrices.into()), ("Places", places.into())])
+    }
+}
+
+/// [`VERTEX_WORDS`] for each vertex.
+pub(super) fn at_rest(mesh: &Mesh) -> Vec<f32> {
+    let mut words: Vec<f32> = Vec::with_capacity(VERTEX_WORDS * mesh.at_m.len());
+    for (i, hold) in mesh.hold.iter().enumerate() {
+        let [a, b, c, d] = hold.joints.map(u32::from);
+        words.extend(mesh.at_m[i].to_array());
+        words.extend(mesh.normals[i].to_array());
+        words.extend(mesh.uv.get(i).copied().unwrap_or_default().to_array());
+        words.extend([a | b << 16, c | d << 16].map(f32::from_bits));
+        words.extend(&hold.weights[..3]); // the last is what is left to 1
+    }
+    words
 }
 
 /// A mesh on the device.
@@ -110,7 +120,8 @@ impl Posed {
         rec.copy(&staging, &self.matrices);
         rec.barrier(Access::CopyWrite, Access::ComputeRead);
         let vertices = self.mesh.at_m.len() as u32;
-        let params = PoseParams { vertices, joints: self.mesh.rig.joints.len() as u32, rate_per_s };
+        let joints = self.mesh.rig.joints.len() as u32;
+        let params = PoseParams { vertices, joints, rate_per_s, first_vertex: 0, first_joint: 0 };
         rec.span(c"mesh.pose", |rec| rec.dispatch(&self.bound, [vertices, 1, 1], &params));
         Ok(())
     }
@@ -124,31 +135,7 @@ impl Posed {
         world: Mat4,
         world_before: Mat4,
     ) -> (Vec<[f32; 12]>, f32) {
-        let rig = &self.mesh.rig;
-        let (mut from_s, mut to_s, mut rate) = rig.velocity_window(time_s, dt_s);
-        if !rig.moves() && world != world_before {
-            (from_s, to_s, rate) = (0.0, 0.0, if dt_s > 0.0 { 1.0 / dt_s as f32 } else { 0.0 });
-        }
-        let rows = |world: Mat4, joints: Vec<Mat4>| -> Vec<[f32; 12]> {
-            joints
-                .into_iter()
-                .map(|joint| {
-                    let m = world * joint;
-                    let basis = Mat3::from_mat4(m).transpose();
-                    let row = |r: glam::Vec3, w: f32| [r.x, r.y, r.z, w];
-                    let [a, b, c] = [
-                        row(basis.x_axis, m.w_axis.x),
-                        row(basis.y_axis, m.w_axis.y),
-                        row(basis.z_axis, m.w_axis.z),
-                    ];
-                    std::array::from_fn(|i| [a, b, c][i / 4][i % 4])
-                })
-                .collect()
-        };
-        let mut all = rows(world, rig.pose(time_s));
-        all.extend(rows(world_before, rig.pose_within(from_s)));
-        all.extend(rows(world, rig.pose_within(to_s)));
-        (all, rate)
+        self.mesh.rig.matrices_at(time_s, dt_s, world, world_before)
     }
 
     /// For each vertex place (m) and velocity (m/s), six `f32`.

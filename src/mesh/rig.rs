@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Nodes that hang on each other, keys that move them, and the matrices that come of it.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 
 /// A tree of nodes and what moves them.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,8 @@ impl Rig {
         // A step of no length asks for the velocity all the same: that of a hundredth of a second.
         let step = if dt_s > 0.0 { dt_s as f32 } else { 0.01 }.min(self.period_s);
         let from = (now - step).max(0.0);
-        let to = if now > from { now } else { (now + step).min(self.period_s) };
+        // Just behind the seam a step's worth of what comes, as the difference over less is rounding.
+        let to = if now >= step { now } else { step };
         let rate = if to > from { 1.0 / (to - from) } else { 0.0 };
         (from, to, rate)
     }
@@ -125,6 +126,42 @@ impl Rig {
             world.push(node.parent.map_or(own, |parent| world[parent] * own));
         }
         self.joints.iter().map(|joint| world[joint.node] * joint.node_from_rest).collect()
+    }
+
+    /// Three matrices of three rows a joint (now, and the two whose difference is the velocity), and what turns that
+    /// difference into a velocity (1/s): at `time_s`, placed by `world`, after a step of `dt_s` before which it was placed by
+    /// `world_before`.
+    pub fn matrices_at(
+        &self,
+        time_s: f64,
+        dt_s: f64,
+        world: Mat4,
+        world_before: Mat4,
+    ) -> (Vec<[f32; 12]>, f32) {
+        let (mut from_s, mut to_s, mut rate) = self.velocity_window(time_s, dt_s);
+        if !self.moves() && world != world_before {
+            (from_s, to_s, rate) = (0.0, 0.0, if dt_s > 0.0 { 1.0 / dt_s as f32 } else { 0.0 });
+        }
+        let rows = |world: Mat4, joints: Vec<Mat4>| -> Vec<[f32; 12]> {
+            joints
+                .into_iter()
+                .map(|joint| {
+                    let m = world * joint;
+                    let basis = Mat3::from_mat4(m).transpose();
+                    let row = |r: glam::Vec3, w: f32| [r.x, r.y, r.z, w];
+                    let [a, b, c] = [
+                        row(basis.x_axis, m.w_axis.x),
+                        row(basis.y_axis, m.w_axis.y),
+                        row(basis.z_axis, m.w_axis.z),
+                    ];
+                    std::array::from_fn(|i| [a, b, c][i / 4][i % 4])
+                })
+                .collect()
+        };
+        let mut all = rows(world, self.pose(time_s));
+        all.extend(rows(world_before, self.pose_within(from_s)));
+        all.extend(rows(world, self.pose_within(to_s)));
+        (all, rate)
     }
 
     pub(super) fn check(&self) -> Result<(), String> {

@@ -8,16 +8,16 @@ use std::f32::consts::{PI, TAU};
 
 /// A part of the texture: its corner and its size.
 #[derive(Clone, Copy)]
-struct Patch {
-    corner: Vec2,
-    size: Vec2,
+pub(super) struct Patch {
+    pub corner: Vec2,
+    pub size: Vec2,
 }
 
-const WHOLE: Patch = Patch { corner: Vec2::ZERO, size: Vec2::ONE };
+pub(super) const WHOLE: Patch = Patch { corner: Vec2::ZERO, size: Vec2::ONE };
 
 impl Patch {
     /// The `i`-th of `columns` by `rows` patches, with a margin of a hundredth of the texture.
-    fn of(i: usize, columns: usize, rows: usize) -> Self {
+    pub fn of(i: usize, columns: usize, rows: usize) -> Self {
         let size = vec2(1.0 / columns as f32, 1.0 / rows as f32);
         let corner = size * vec2((i % columns) as f32, (i / columns) as f32);
         Self { corner: corner + 0.005, size: size - 0.01 }
@@ -26,7 +26,7 @@ impl Patch {
 
 /// Points `place(u, v)` of `across` by `along` squares, u and v from 0 to 1, seen from outside with u to the right and v
 /// down. Squares that have shrunk to a line or a point leave no triangle.
-fn sheet(across: u32, along: u32, patch: Patch, place: impl Fn(f32, f32) -> Vec3) -> Mesh {
+pub(super) fn sheet(across: u32, along: u32, patch: Patch, place: impl Fn(f32, f32) -> Vec3) -> Mesh {
     let (mut at_m, mut uv, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
     for j in 0..=along {
         for i in 0..=across {
@@ -53,7 +53,7 @@ fn sheet(across: u32, along: u32, patch: Patch, place: impl Fn(f32, f32) -> Vec3
 }
 
 /// Seams have two vertices in one place: both get the normal of both sides.
-fn smooth_seams(mut mesh: Mesh) -> Mesh {
+pub(super) fn smooth_seams(mut mesh: Mesh) -> Mesh {
     let key = |at: Vec3| (at * 1e5).round().to_array().map(|x| x as i64);
     let mut sums = std::collections::HashMap::<[i64; 3], Vec3>::new();
     for (at, normal) in mesh.at_m.iter().zip(&mesh.normals) {
@@ -105,7 +105,7 @@ pub fn torus(ring_m: f32, tube_m: f32, around: u32) -> Mesh {
 }
 
 /// Both ends of a circle are one place, to the bit.
-fn wrapped(u: f32) -> f32 {
+pub(super) fn wrapped(u: f32) -> f32 {
     if u == 1.0 {
         0.0
     } else {
@@ -164,13 +164,13 @@ pub fn terrain(cells: [u32; 2], size_m: Vec2, height_m: &[f32]) -> Mesh {
     rename(sheet(w - 1, h - 1, WHOLE, place), "terrain")
 }
 
-fn rename(mut mesh: Mesh, name: &str) -> Mesh {
+pub(super) fn rename(mut mesh: Mesh, name: &str) -> Mesh {
     mesh.name = name.into();
     mesh
 }
 
 /// Parts that share one joint that never moves.
-fn one_joint(mut mesh: Mesh) -> Mesh {
+pub(super) fn one_joint(mut mesh: Mesh) -> Mesh {
     mesh.rig = Rig::still();
     mesh.hold = vec![Hold::on(0); mesh.at_m.len()];
     mesh

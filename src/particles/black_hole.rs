@@ -3,7 +3,7 @@
 //! `glsl/particles/black_hole.glsl`; twin: [`super::cpu_black_hole`]; exact: [`super::oracle`].
 
 use super::{Invalid, Law, TICKS_PER_S};
-use crate::shaders;
+use crate::{check::hold, shaders};
 use std::fmt;
 
 /// How a particle is moved by a step.
@@ -141,25 +141,16 @@ impl BlackHole {
     /// # Errors
     /// The first thing that cannot be run.
     pub fn check(&self) -> Result<(), Invalid> {
-        let hold = |is_allowed: bool, key, value: String, allowed: &str| match is_allowed {
-            true => Ok(()),
-            false => Err(Invalid { key, value, allowed: allowed.into() }),
-        };
         let (holes, steps) = (self.holes.len(), self.substeps);
-        hold((1..=Self::MOST_HOLES).contains(&holes), "holes", holes.to_string(), "1 to 64")?;
-        hold((1..=Self::MOST_SUBSTEPS).contains(&steps), "substeps", steps.to_string(), "1 to 1024")?;
+        hold((1..=Self::MOST_HOLES).contains(&holes), "holes", holes, "1 to 64")?;
+        hold((1..=Self::MOST_SUBSTEPS).contains(&steps), "substeps", steps, "1 to 1024")?;
         for hole in &self.holes {
             let (mu, horizon) = (hole.mu_m3ps2, hole.horizon_m);
-            hold(mu > 0.0 && mu.is_finite(), "mu_m3ps2", mu.to_string(), "above 0 and finite")?;
-            hold(
-                horizon >= 0.0 && horizon.is_finite(),
-                "horizon_m",
-                horizon.to_string(),
-                "0 or more, finite",
-            )?;
+            hold(mu > 0.0 && mu.is_finite(), "mu_m3ps2", mu, "above 0 and finite")?;
+            hold(horizon >= 0.0 && horizon.is_finite(), "horizon_m", horizon, "0 or more, finite")?;
             let places = [hole.at_m, hole.velocity_mps, hole.swing_u_m, hole.swing_w_m];
             for x in places.as_flattened() {
-                hold(x.is_finite(), "place of a hole", x.to_string(), "finite")?;
+                hold(x.is_finite(), "place of a hole", x, "finite")?;
             }
         }
         let fails = |allowed: &str| {
@@ -188,7 +179,7 @@ impl BlackHole {
     /// The law for a pool, with [`BlackHole::constants`]; its numbers are [`BlackHole::numbers`].
     pub fn law(constants: &[u32; 4]) -> Law<'_> {
         let spv = shaders::PARTICLES_BLACK_HOLE_COMP;
-        Law { name: c"particles.black_hole", spv, subgroups: None, constants }
+        Law { name: c"particles.black_hole", spv, subgroups: None, constants, blocks: &[] }
     }
 
     /// The list of holes, as the GPU has it.

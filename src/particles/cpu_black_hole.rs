@@ -145,6 +145,20 @@ impl<T: Real> Law<T> {
         }
     }
 
+    fn hold_orbit(&self, step: &mut Step, at: &mut Triple<T>, v: &mut Triple<T>, energy: T, total: T) {
+        let c = T::of;
+        let (pull, well) = self.accelerate(step, *at, c(0.0));
+        if well < energy.size() {
+            return;
+        }
+        let way = times(total / (well * well).most(c(1e-30)), pull);
+        let (v2, way2) = (dot(*v, *v), dot(way, way));
+        let excess = (c(0.5) * v2 - well) - energy;
+        let part = excess / (well * well * way2 + v2 * v2).most(c(1e-30));
+        *at = add(*at, times(part * total, way));
+        *v = sub(*v, times(part * v2, *v));
+    }
+
     fn advance_logh(&self, step: &mut Step, at: &mut Triple<T>, v: &mut Triple<T>, dt_s: T) -> Option<T> {
         let c = T::of;
         let tiny = c(1e-30);
@@ -183,6 +197,7 @@ impl<T: Real> Law<T> {
             (*at, *v) = (at1, v1);
             t = t + took;
         }
+        self.hold_orbit(step, at, v, energy, total);
         None
     }
 

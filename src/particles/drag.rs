@@ -22,5 +22,6 @@ impl Drag {
         spv: shaders::PARTICLES_DRAG_COMP,
         subgroups: Some(shaders::PARTICLES_DRAG_SUBGROUP_COMP),
         constants: &[],
+        blocks: &[],
     };
 }

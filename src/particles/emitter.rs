@@ -2,6 +2,7 @@
 //! Emitters: where, how fast and when particles are born.
 
 use super::{Invalid, TICKS_PER_S};
+use crate::check::hold;
 use glam::Vec3;
 
 /// How an emitter throws.
@@ -102,19 +103,14 @@ impl Emitter {
     /// # Errors
     /// The first number that is out of range.
     pub fn check(&self) -> Result<(), Invalid> {
-        let finite = |key, v: Vec3| {
-            let allowed = "finite numbers".into();
-            v.is_finite().then_some(()).ok_or(Invalid { key, value: v.to_string(), allowed })
-        };
+        let finite = |key, v: Vec3| hold(v.is_finite(), key, v, "finite numbers");
         finite("at_m", self.at_m)?;
         finite("velocity_mps", self.velocity_mps)?;
         finite("speed_mps", Vec3::splat(self.speed_mps))?;
         let range = Self::FEWEST_PER_S..=Self::MOST_PER_S;
-        if self.rate_per_s != 0.0 && !range.contains(&self.rate_per_s) {
-            let allowed = format!("0, or {:e} to {:e} (1/s)", range.start(), range.end());
-            return Err(Invalid { key: "rate_per_s", value: self.rate_per_s.to_string(), allowed });
-        }
-        Ok(())
+        let is_allowed = self.rate_per_s == 0.0 || range.contains(&self.rate_per_s);
+        let allowed = format!("0, or {:e} to {:e} (1/s)", range.start(), range.end());
+        hold(is_allowed, "rate_per_s", self.rate_per_s, allowed)
     }
 
     /// As the GPU has it. `stream` is no other emitter's.

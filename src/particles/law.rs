@@ -14,6 +14,9 @@ pub struct Law<'a> {
     pub subgroups: Option<&'a [u8]>,
     /// Specialization constants of the law, from `constant_id` 6 on.
     pub constants: &'a [u32],
+    /// Blocks of the law beside its numbers, from binding 7 on: [`Particles::pool_with`](super::Particles::pool_with) binds
+    /// them.
+    pub blocks: &'a [&'a str],
 }
 
 /// SPIR-V of a law that a user wrote, the text of `file`: `glsl/particles/particle.glsl` says what is in one. It may include

@@ -20,29 +20,41 @@
 //! Time is counted in ticks of 2^-16 s, in integers: births are at whole multiples of the emitter's period, whatever the
 //! steps are, and lives end on their tick. What is left out: particles do not see each other.
 
+pub mod balls;
 pub mod black_hole;
 pub mod black_hole_fate;
 pub mod choose;
+pub mod colliding;
 pub mod cpu;
 pub mod cpu_black_hole;
+pub mod cpu_colliding;
 pub mod drag;
 pub mod emitter;
+pub mod info;
 pub mod kepler;
 pub mod kepler_stateless;
 pub mod law;
+pub mod layout;
+pub mod options;
 pub mod oracle;
 pub mod pool;
+pub mod state;
 
+pub use colliding::{Colliding, Surroundings};
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
+pub use info::PoolInfo;
 #[cfg(feature = "tools")]
 pub use law::compile_law;
 pub use law::Law;
-pub use pool::{Compaction, Counts, Layout, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Tuning};
+pub use layout::Layout;
+pub use options::{Compaction, Options, Tuning};
+pub use pool::{Particles, Pool};
+pub use state::{Counts, PoolState, Snapshot};
 
+pub use crate::check::Invalid;
 use crate::gpu;
 use glam::Vec3;
-use std::fmt;
 
 /// Ticks of the clock of particles in a second.
 pub const TICKS_PER_S: u32 = 1 << 16;
@@ -118,25 +130,6 @@ pub struct StepParams {
     /// How many.
     pub emitters: u32,
 }
-
-/// A parameter out of its range: which, what it is, what is allowed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Invalid {
-    /// Name of the field.
-    pub key: &'static str,
-    /// Its value.
-    pub value: String,
-    /// What is allowed.
-    pub allowed: String,
-}
-
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
-    }
-}
-
-impl std::error::Error for Invalid {}
 
 /// What can go wrong with a pool.
 #[derive(Debug, thiserror::Error)]

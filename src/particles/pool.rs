@@ -2,101 +2,20 @@
 //! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl}`.
 
 use super::{
-    Emitter, EmitterState, EmitterWords, Error, Invalid, Law, Particle, Step, StepParams, TICKS_PER_S,
+    info::check,
+    layout::{pack, unpack, CANARY, NOWHERE_M},
+    options::BLOCK,
+    Compaction, Counts, EmitterState, EmitterWords, Error, Invalid, Law, Options, Particle, PoolInfo,
+    PoolState, Snapshot, Step, StepParams,
 };
 use crate::{
-    gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence},
+    gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource},
     shaders,
 };
 use std::ffi::CStr;
 
-/// How gaps are closed that ended particles leave.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Compaction {
-    /// Survivors keep their order, and a run repeats to the bit. Who ends is left out by the next step.
-    #[default]
-    Stable,
-    /// Survivors of a workgroup go together: one atomic for all.
-    Group,
-    /// One atomic a subgroup.
-    Subgroup,
-    /// One atomic a particle, as the book has it.
-    Atomic,
-    /// Nobody moves; births fill free slots.
-    InPlace,
-    /// Nobody moves; births go to the end, and the beginning is freed by whole tiles. For lives that all last alike: a slot
-    /// is free again when all before it are.
-    Ring,
-}
-
-/// How a particle lies in memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layout {
-    /// Seven planes of words: 28 bytes. What readers outside know.
-    #[default]
-    Planes,
-    /// Five planes, 20 bytes: velocity in halves, birth to 2^-6 s.
-    Packed,
-    /// Seven words side by side, 28 bytes, as the book has them.
-    Records,
-}
-
-impl Layout {
-    /// Words of a particle.
-    pub fn words(self) -> u32 {
-        match self {
-            Self::Packed => 5,
-            Self::Planes | Self::Records => 7,
-        }
-    }
-}
-
-/// How the slots are cut up. It changes the speed, never the result of [`Compaction::Stable`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tuning {
-    /// Invocations of a workgroup.
-    pub group: u32,
-    /// Particles of an invocation.
-    pub items: u32,
-    /// Survivors of a workgroup are gathered in shared memory, so that they leave in whole lines.
-    pub gathers: bool,
-}
-
-impl Tuning {
-    /// The fastest of `whitecap bench particles` (docs/particles.md).
-    pub fn for_device(gpu: &Gpu) -> Self {
-        match gpu.adapter().is_software() {
-            true => Self { group: 32, items: 16, gathers: false },
-            false => Self { group: 256, items: 2, gathers: true },
-        }
-    }
-
-    /// Slots that a workgroup takes.
-    pub fn tile(self) -> u32 {
-        self.group * self.items
-    }
-}
-
-/// Tiles that are added up together: `BLOCK` in `glsl/particles/step.glsl`.
-const BLOCK: u32 = 256;
-
-/// What a pool is built with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Options {
-    /// How gaps are closed.
-    pub compaction: Compaction,
-    /// How a particle lies in memory.
-    pub layout: Layout,
-    /// How the slots are cut up.
-    pub tuning: Tuning,
-}
-
-impl Options {
-    /// Deterministic, in planes.
-    pub fn for_device(gpu: &Gpu) -> Self {
-        Self { compaction: Compaction::Stable, layout: Layout::Planes, tuning: Tuning::for_device(gpu) }
-    }
-}
+/// What every law finds bound; its own come after.
+const BLOCKS: [&str; 7] = ["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"];
 
 /// The kernels, with a law. They hold no pool, so they step any number of them.
 pub struct Particles {
@@ -105,30 +24,6 @@ pub struct Particles {
     name: &'static CStr,
     options: Options,
     gpu: Gpu,
-}
-
-/// A pool to be made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoolInfo<'a> {
-    /// Most particles.
-    pub capacity: u32,
-    /// Life of every particle (s), to the tick.
-    pub life_s: f64,
-    /// Of the births.
-    pub seed: u32,
-    /// Tick at which it begins.
-    pub start: u32,
-    /// What throws particles into it.
-    pub emitters: &'a [Emitter],
-    /// Numbers of the law.
-    pub law: &'a [u8],
-}
-
-impl PoolInfo<'_> {
-    /// Life of every particle.
-    pub fn life_ticks(&self) -> u32 {
-        (self.life_s * f64::from(TICKS_PER_S)).round() as u32
-    }
 }
 
 impl Particles {
@@ -169,7 +64,7 @@ impl Particles {
         let advance = KernelInfo {
             name: law.name,
             spv,
-            blocks: &["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"],
+            blocks: &[&BLOCKS, law.blocks].concat(),
             constants: &[&own, law.constants].concat(),
         };
         Ok(Self {
@@ -186,6 +81,14 @@ impl Particles {
     /// # Errors
     /// [`Error::Invalid`] names what is out of range; else the device's.
     pub fn pool(&self, info: &PoolInfo<'_>) -> Result<Pool, Error> {
+        self.pool_with(info, &[])
+    }
+
+    /// An empty pool whose law reads or writes more: what [`Law::blocks`] names, in that order.
+    ///
+    /// # Errors
+    /// As [`Particles::pool`], or if a name or a kind differs from the law's.
+    pub fn pool_with(&self, info: &PoolInfo<'_>, resources: &[(&str, Resource<'_>)]) -> Result<Pool, Error> {
         let Options { compaction, layout, tuning } = self.options;
         let tile = tuning.tile();
         let life_ticks = check(info, self.options, &self.gpu)?;
@@ -234,15 +137,9 @@ impl Particles {
             ("Places", (&places).into()),
         ])?;
         let bind = |from: usize| {
-            self.advance.bind(&[
-                ("Pool", (&state).into()),
-                ("Particles", (&particles[from]).into()),
-                ("NewParticles", (&particles[1 - from]).into()),
-                ("Emitters", (&emitters).into()),
-                ("Births", (&births).into()),
-                ("Law", (&law).into()),
-                ("Places", (&places).into()),
-            ])
+            let own = [&state, &particles[from], &particles[1 - from], &emitters, &births, &law, &places];
+            let own = BLOCKS.into_iter().zip(own.map(Resource::from));
+            self.advance.bind(&own.chain(resources.iter().copied()).collect::<Vec<_>>())
         };
         let advance = [bind(0)?, bind(1)?];
         let params = StepParams {
@@ -271,53 +168,6 @@ impl Particles {
             gpu: gpu.clone(),
         })
     }
-}
-
-/// The life in ticks, if all is in range.
-fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error> {
-    let invalid = |key, value: String, allowed: String| Error::Invalid(Invalid { key, value, allowed });
-    let words = options.layout.words();
-    let range = u64::from(gpu.limits().max_storage_buffer_range).min(4 * u64::from(u32::MAX));
-    let per_particle = if options.compaction == Compaction::InPlace { words.max(2) } else { words };
-    // Indices of words and vertices stay below 2^32, in whole lines of 32.
-    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32 - 1;
-    if !(1..=most).contains(&u64::from(info.capacity)) {
-        let allowed =
-            format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
-        return Err(invalid("capacity", info.capacity.to_string(), allowed));
-    }
-    let tile = options.tuning.tile();
-    if options.compaction == Compaction::Ring && !info.capacity.is_multiple_of(tile) {
-        let allowed = format!("a multiple of {tile} in a ring");
-        return Err(invalid("capacity", info.capacity.to_string(), allowed));
-    }
-    // An age is told from a time to come by half a round of the clock; a packed birth has less.
-    let most = match options.layout {
-        Layout::Packed => 512.0,
-        Layout::Planes | Layout::Records => f64::from(1u32 << 31) / f64::from(TICKS_PER_S),
-    };
-    if !(1.0 / f64::from(TICKS_PER_S)..=most).contains(&info.life_s) {
-        let allowed = format!("2^-16 s to {most} s");
-        return Err(invalid("life_s", info.life_s.to_string(), allowed));
-    }
-    if info.emitters.len() > Emitter::MOST {
-        let allowed = format!("at most {}", Emitter::MOST);
-        return Err(invalid("emitters", info.emitters.len().to_string(), allowed));
-    }
-    info.emitters.iter().try_for_each(Emitter::check)?;
-    let all: f64 = info.emitters.iter().map(|it| it.rate_per_s).sum();
-    if all > Emitter::MOST_PER_S {
-        let allowed = format!("at most {:e} of all emitters", Emitter::MOST_PER_S);
-        return Err(invalid("rate_per_s", all.to_string(), allowed));
-    }
-    if info.law.is_empty() || !info.law.len().is_multiple_of(4) {
-        return Err(invalid(
-            "law",
-            format!("{} bytes", info.law.len()),
-            "words of 4 bytes, one at least".into(),
-        ));
-    }
-    Ok(info.life_ticks())
 }
 
 /// One pool of particles.
@@ -525,228 +375,5 @@ impl Pool {
         write(&self.places, &from.places)?;
         self.params.now = from.now;
         Ok(())
-    }
-}
-
-/// Where nobody is: of a free slot. `NOWHERE_M` in `glsl/particles/particle.glsl`.
-const NOWHERE_M: f32 = 3.0e38;
-
-/// A word that no pass reads or writes stands behind every plane and every list of a pool, and stays what it is.
-const CANARY: u32 = 0xdead_beef;
-
-impl Snapshot {
-    /// Words behind planes and lists that something has overwritten; not of [`Layout::Records`].
-    pub fn trespasses(&self, capacity: u32) -> usize {
-        let stride = (capacity + 1).next_multiple_of(32) as usize;
-        let planes = self.particles.len() / stride;
-        let behind =
-            (0..planes).flat_map(|w| &self.particles[w * stride + capacity as usize..(w + 1) * stride]);
-        let last = |list: &[u32], words: usize| list[list.len() - words..].to_vec();
-        let lists = [last(&self.emitters, 12), last(&self.births, 8), last(&self.places, 1)].concat();
-        behind.chain(&lists).filter(|word| **word != CANARY).count()
-    }
-}
-
-/// A pool at rest: words of its buffers.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Snapshot {
-    /// In the pool's layout.
-    pub particles: Vec<u32>,
-    /// [`PoolState`].
-    pub state: Vec<u32>,
-    /// [`EmitterWords`].
-    pub emitters: Vec<u32>,
-    /// [`EmitterState`].
-    pub births: Vec<u32>,
-    /// Of the law.
-    pub law: Vec<u32>,
-    /// Counts of tiles, or free slots.
-    pub places: Vec<u32>,
-    /// Tick that the particles are at.
-    pub now: u32,
-}
-
-/// Particles as words of a layout, for `stride` slots.
-pub fn pack(particles: &[Particle], layout: Layout, stride: u32) -> Vec<u32> {
-    let stride = stride as usize;
-    let mut words = vec![CANARY; layout.words() as usize * stride];
-    for (i, it) in particles.iter().enumerate() {
-        let ([x, y, z], [vx, vy, vz]) = (it.at_m.to_array(), it.velocity_mps.to_array());
-        let [x, y, z] = [x, y, z].map(f32::to_bits);
-        let (own, count) = if layout == Layout::Packed {
-            let (one, other) = (u32::from(half(vx)) | u32::from(half(vy)) << 16, u32::from(half(vz)));
-            ([x, y, z, one, other | (it.born >> 10) << 16, 0, 0], 5)
-        } else {
-            ([x, y, z, vx.to_bits(), vy.to_bits(), vz.to_bits(), it.born], 7)
-        };
-        for (w, word) in own[..count].iter().enumerate() {
-            words[if layout == Layout::Records { 7 * i + w } else { w * stride + i }] = *word;
-        }
-    }
-    words
-}
-
-/// The inverse of [`pack`], at tick `now`.
-pub fn unpack(words: &[u32], layout: Layout, stride: u32, now: u32) -> Vec<Particle> {
-    let stride = stride as usize;
-    let of = |i: usize| {
-        let word = |w: usize| words[if layout == Layout::Records { 7 * i + w } else { w * stride + i }];
-        let float = |w: usize| f32::from_bits(word(w));
-        let at_m = glam::vec3(float(0), float(1), float(2));
-        if layout == Layout::Packed {
-            let steps = (now >> 10).wrapping_sub(word(4) >> 16) & 0xffff;
-            let velocity_mps = glam::vec3(unhalf(word(3)), unhalf(word(3) >> 16), unhalf(word(4)));
-            return Particle { at_m, velocity_mps, born: (now >> 10).wrapping_sub(steps) << 10 };
-        }
-        Particle { at_m, velocity_mps: glam::vec3(float(3), float(4), float(5)), born: word(6) }
-    };
-    (0..stride).map(of).collect()
-}
-
-/// To the nearest half, ties to even; beyond the largest, infinity.
-fn half(x: f32) -> u16 {
-    let (sign, bits) = ((x.to_bits() >> 16) as u16 & 0x8000, x.to_bits() & 0x7fff_ffff);
-    if bits >= 0x4780_0000 {
-        return sign | if bits > 0x7f80_0000 { 0x7e00 } else { 0x7c00 };
-    }
-    if bits < 0x3880_0000 {
-        // Below the smallest normal half: adding 0.5 lets the float unit round at the right bit.
-        return sign | ((f32::from_bits(bits) + 0.5).to_bits() - 0.5f32.to_bits()) as u16;
-    }
-    let even = (bits >> 13) & 1;
-    sign | ((bits + 0xfff + even - 0x3800_0000) >> 13) as u16
-}
-
-fn unhalf(word: u32) -> f32 {
-    let (sign, magnitude) = ((word & 0x8000) << 16, word & 0x7fff);
-    let value = match magnitude {
-        0..0x400 => magnitude as f32 * (1.0 / 16_777_216.0),
-        0x7c00.. => f32::from_bits(0x7f80_0000 | (magnitude & 0x3ff) << 13),
-        _ => f32::from_bits((magnitude << 13) + 0x3800_0000),
-    };
-    f32::from_bits(value.to_bits() | sign)
-}
-
-/// Counts and arguments on the GPU: `PoolState` in `glsl/particles/state.glsl`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct PoolState {
-    /// Indirect dispatch of the advance.
-    pub groups_x: u32,
-    /// The same.
-    pub groups_y: u32,
-    /// The same.
-    pub groups_z: u32,
-    /// In use, from `first` on; in some a particle has ended.
-    pub slots: u32,
-    /// Indirect draw of six vertices a slot, at [`PoolState::QUADS`].
-    pub quad_vertices: u32,
-    /// The same.
-    pub quad_instances: u32,
-    /// The same.
-    pub quad_first_vertex: u32,
-    /// The same.
-    pub quad_first_instance: u32,
-    /// Indirect draw of a vertex a slot, at [`PoolState::POINTS`].
-    pub point_vertices: u32,
-    /// The same.
-    pub point_instances: u32,
-    /// The same.
-    pub point_first_vertex: u32,
-    /// The same.
-    pub point_first_instance: u32,
-    /// Indirect dispatch of workgroups of 256, an invocation a slot, at [`PoolState::READERS`].
-    pub reader_groups_x: u32,
-    /// The same.
-    pub reader_groups_y: u32,
-    /// The same.
-    pub reader_groups_z: u32,
-    /// Slot of the first: not 0 in a ring.
-    pub first: u32,
-    /// Most particles.
-    pub capacity: u32,
-    /// Words from one plane to the next.
-    pub stride: u32,
-    /// Tick that the particles are at.
-    pub now: u32,
-    /// Of every particle.
-    pub life_ticks: u32,
-    /// Slots that the last step read.
-    pub sources: u32,
-    /// Of the last step.
-    pub births: u32,
-    /// Slots written in the last step by those who count them as they go.
-    pub appended: u32,
-    /// Where the queue of free slots begins.
-    pub free_first: u32,
-    /// Its length.
-    pub free_count: u32,
-    /// By the births of the last step.
-    pub taken: u32,
-    /// Which half of the counts of tiles the last step read: it counted in the other.
-    pub turn: u32,
-    /// Workgroups of the last step, where they are counted.
-    pub finished: u32,
-    /// Low word of [`Counts::born`].
-    pub born: u32,
-    /// Low word.
-    pub dropped: u32,
-    /// Low word.
-    pub aged: u32,
-    /// Low word.
-    pub ended: u32,
-    /// Low word.
-    pub spoiled: u32,
-    /// High word.
-    pub born_high: u32,
-    /// High word.
-    pub dropped_high: u32,
-    /// High word.
-    pub aged_high: u32,
-    /// High word.
-    pub ended_high: u32,
-    /// High word.
-    pub spoiled_high: u32,
-}
-
-impl PoolState {
-    /// Offset of the arguments of a draw of six vertices a slot (bytes).
-    pub const QUADS: u64 = std::mem::offset_of!(Self, quad_vertices) as u64;
-    /// Offset of the arguments of a draw of a vertex a slot (bytes).
-    pub const POINTS: u64 = std::mem::offset_of!(Self, point_vertices) as u64;
-    /// Offset of the arguments of a dispatch of workgroups of 256, an invocation a slot (bytes).
-    pub const READERS: u64 = std::mem::offset_of!(Self, reader_groups_x) as u64;
-}
-
-/// What has become of all particles so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Taken into the pool.
-    pub born: u64,
-    /// Born when there was no room.
-    pub dropped: u64,
-    /// Ended by age.
-    pub aged: u64,
-    /// Ended by the law.
-    pub ended: u64,
-    /// Ended because a number was none.
-    pub spoiled: u64,
-}
-
-impl Counts {
-    fn of(state: &PoolState) -> Self {
-        let both = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
-        Self {
-            born: both(state.born, state.born_high),
-            dropped: both(state.dropped, state.dropped_high),
-            aged: both(state.aged, state.aged_high),
-            ended: both(state.ended, state.ended_high),
-            spoiled: both(state.spoiled, state.spoiled_high),
-        }
-    }
-
-    /// In the pool now.
-    pub fn alive(&self) -> u64 {
-        self.born - self.aged - self.ended - self.spoiled
     }
 }

@@ -12,8 +12,8 @@
 //! | `prims.bin_place` | keys, firsts, ranks | order          | [`cpu::sort_by_key`]    |
 //! | `prims.bin_order` | firsts, order       | order          | [`cpu::sort_by_key`]    |
 //!
-//! All add up in tiles, then over tiles, then in tiles again (reduce, then scan): three dispatches, whatever the size, and
-//! no workgroup waits for another. Within a workgroup sums go through subgroups where the device has their arithmetic, else
+//! All add up in tiles, then over tiles, then in tiles again (reduce, then scan): three dispatches, a scan of up to four
+//! million elements two, and no workgroup waits for another. Within a workgroup sums go through subgroups where the device has their arithmetic, else
 //! through shared memory.
 
 pub mod bins;
@@ -32,6 +32,9 @@ use std::ffi::CStr;
 const GROUP: u32 = 256;
 /// Elements that a workgroup of a scan takes.
 pub const TILE: u32 = 16 * GROUP;
+
+/// Tiles up to which a scan is two dispatches: `FEW_TILES` in `glsl/prims/params.glsl`.
+const FEW_TILES: u32 = 1024;
 
 /// Push constants: `Push` in `glsl/prims/params.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -72,7 +75,11 @@ impl Sums {
 }
 
 fn kernel(gpu: &Gpu, name: &CStr, spv: &[u8], blocks: &[&str]) -> Result<Kernel> {
-    Kernel::new::<Params>(gpu, &KernelInfo { name, spv, blocks, constants: &[] })
+    tuned_kernel(gpu, name, spv, blocks, &[])
+}
+
+fn tuned_kernel(gpu: &Gpu, name: &CStr, spv: &[u8], blocks: &[&str], constants: &[u32]) -> Result<Kernel> {
+    Kernel::new::<Params>(gpu, &KernelInfo { name, spv, blocks, constants })
 }
 
 /// Invocations for `groups` workgroups, in rows that every device can count.

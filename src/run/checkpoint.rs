@@ -15,8 +15,8 @@ pub struct Checkpoint {
     pub scene: u64,
     /// The last picture that was made, from 0.
     pub picture: u32,
-    /// Of every water: heights and velocities, or columns; then of every pool of particles and every box of
-    /// disks, words as they are.
+    /// Of every water: heights and velocities, or columns; then of every pool of particles, of every box of disks and of
+    /// the paint, words as they are.
     pub states: Vec<Vec<f32>>,
 }
 
@@ -64,7 +64,8 @@ pub(super) fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 /// Hash of everything in `scene` that the state depends on.
 pub fn scene_hash(scene: &Scene) -> u64 {
     let thrown = (&scene.emitters, &scene.attractors);
-    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, thrown, &scene.disks);
+    let room = (&scene.meshes, &scene.volume, &scene.paint);
+    let simulated = (scene.seed, scene.output.fps, &scene.terrain, &scene.water, thrown, &scene.disks, room);
     fnv(serde_json::to_vec(&simulated).expect("a scene is plain data"))
 }
 
@@ -103,7 +104,8 @@ impl Checkpoint {
         }
         let found = Self::parse(&body[MAGIC.len()..]).ok_or_else(|| damaged("its parts do not add up"))?;
         if found.scene != scene_hash(scene)
-            || found.states.len() != scene.water.len() + scene.pools() + scene.disks.len()
+            || found.states.len()
+                != scene.water.len() + scene.pools() + scene.disks.len() + usize::from(scene.paint.is_some())
         {
             return Err(CheckpointError::OtherScene { path: name() });
         }

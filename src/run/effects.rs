@@ -1,22 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
-use super::{stats::EmitterStats, swarm::Swarm, RunError};
+use super::{live::Counters, room::Volume, stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
+        shadow::Shadow,
         sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Resource},
+    particles::balls::BallsDraw,
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
+use glam::Vec3;
 use std::ffi::CStr;
 
 /// The shaders of one emitter's sprites, bound.
 pub(super) enum Drawn {
     Triangles(Sprites),
     Splat(SplatSprites),
+    Balls(BallsDraw),
 }
 
 impl Drawn {
@@ -33,6 +37,7 @@ impl Drawn {
         let path = match plan.draw {
             Draw::Quads => Path::Quads { vertex: &plan.sprites },
             Draw::Geometry => Path::Geometry { geometry: &plan.sprites },
+            Draw::Balls => unreachable!("a pool draws its balls itself"),
             Draw::Splat => {
                 let splats = splats.expect("sums for those who splat");
                 let sprites = SplatSprites::new::<P>(gpu, stage, splats, (name, &plan.sprites), resources)?;
@@ -82,22 +87,44 @@ impl Flow {
     }
 }
 
-enum Source {
+/// What one emitter is on the GPU.
+pub(super) enum Source {
     Flow(Box<Flow>),
     Swarm(Box<Swarm>),
 }
+
+impl Source {
+    fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        match (self, old) {
+            (Self::Swarm(new), Self::Swarm(old)) => new.go_on_from(old),
+            _ => Ok(()), // what is not stored has nothing to go on with
+        }
+    }
+
+    fn is_triangles(&self) -> bool {
+        match self {
+            Self::Flow(flow) => matches!(flow.drawn, Drawn::Triangles(_)),
+            Self::Swarm(swarm) => swarm.is_triangles(),
+        }
+    }
+}
+
+/// What balls are shadowed by, and what those that collide meet; both belong to the room.
+pub(super) type Around<'a> = (Option<&'a Shadow>, Option<&'a Volume>);
 
 /// All emitters of a scene. Without any it holds nothing and records nothing.
 pub(super) struct Emitters {
     sources: Vec<Source>,
     splats: Option<Splats>,
     draws: bool,
+    ground: Option<(Buffer, GroundGrid)>,
+    seed: u32,
 }
 
 impl Emitters {
     /// Of a scene without any.
     pub fn none() -> Self {
-        Self { sources: Vec::new(), splats: None, draws: false }
+        Self { sources: Vec::new(), splats: None, draws: false, ground: None, seed: 0 }
     }
 
     /// # Errors
@@ -107,6 +134,7 @@ impl Emitters {
         stage: &mut Stage,
         plans: &[EmitterPlan],
         ground: (&Buffer, GroundGrid),
+        around: Around<'_>,
         seed: u64,
     ) -> Result<Self, RunError> {
         if plans.iter().any(EmitterPlan::needs_depth) {
@@ -114,41 +142,151 @@ impl Emitters {
         }
         let splats =
             plans.iter().any(|it| it.draw == Draw::Splat).then(|| Splats::new(gpu, stage)).transpose()?;
-        let seed = (seed ^ seed >> 32) as u32;
-        let mut sources = Vec::new();
+        let mut made = Self {
+            sources: Vec::new(),
+            splats,
+            draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)),
+            ground: Some((ground.0.clone(), ground.1)),
+            seed: (seed ^ seed >> 32) as u32,
+        };
         for (plan, stream) in plans.iter().zip(0..) {
-            sources.push(match &plan.throws {
-                PlannedThrows::Effect(effect) => {
-                    let with_ground: &[_] = &[("Ground", ground.0.into())];
-                    let resources = if effect.has_ground { with_ground } else { &[] };
-                    let drawn = Drawn::new::<Params>(
-                        gpu,
-                        stage,
-                        splats.as_ref(),
-                        plan,
-                        c"ballistic.sprites",
-                        resources,
-                    )?;
-                    let grid = if effect.has_ground { ground.1 } else { GroundGrid::FLAT };
-                    let params = effect.params(Moment::default(), seed, stream, &grid, plan.capacity);
-                    Source::Flow(Box::new(Flow {
-                        name: plan.name.clone(),
-                        effect: effect.clone(),
-                        ground: grid,
-                        seed,
-                        stream,
-                        capacity: plan.capacity,
-                        drawn,
-                        params,
-                    }))
-                }
-                PlannedThrows::Law(law) => {
-                    let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
-                    Source::Swarm(Box::new(Swarm::new(gpu, stage, splats.as_ref(), plan, law, seed)?))
-                }
-            });
+            made.sources.push(made.source(gpu, stage, around, plan, stream)?);
         }
-        Ok(Self { sources, splats, draws: plans.iter().any(|it| it.draw != Draw::Splat) })
+        Ok(made)
+    }
+
+    fn source(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        (shadow, volume): Around<'_>,
+        plan: &EmitterPlan,
+        stream: u32,
+    ) -> Result<Source, RunError> {
+        let seed = self.seed;
+        Ok(match &plan.throws {
+            PlannedThrows::Effect(effect) => {
+                let grid = self.ground.as_ref().map_or(GroundGrid::FLAT, |(_, grid)| *grid);
+                let grid = if effect.has_ground { grid } else { GroundGrid::FLAT };
+                Source::Flow(Box::new(Flow {
+                    name: plan.name.clone(),
+                    effect: effect.clone(),
+                    ground: grid,
+                    seed,
+                    stream,
+                    capacity: plan.capacity,
+                    drawn: self.flow_drawn(gpu, stage, plan, effect)?,
+                    params: effect.params(Moment::default(), seed, stream, &grid, plan.capacity),
+                }))
+            }
+            PlannedThrows::Law(law) => {
+                let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
+                let drawing = (self.splats.as_ref(), shadow, volume);
+                Source::Swarm(Box::new(Swarm::new(gpu, stage, drawing, plan, law, seed)?))
+            }
+        })
+    }
+
+    fn flow_drawn(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        plan: &EmitterPlan,
+        effect: &Effect,
+    ) -> Result<Drawn, RunError> {
+        let ground = self.ground.as_ref().map(|(height, _)| ("Ground", height.into()));
+        let resources: Vec<_> = ground.into_iter().filter(|_| effect.has_ground).collect();
+        Drawn::new::<Params>(gpu, stage, self.splats.as_ref(), plan, c"ballistic.sprites", &resources)
+    }
+
+    /// Draws to a stage whose targets are new, and copies depth where it did.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn redraw(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        shadow: Option<&Shadow>,
+        plans: &[EmitterPlan],
+    ) -> Result<(), RunError> {
+        if self.splats.is_some() {
+            self.splats = Some(Splats::new(gpu, stage)?);
+        }
+        for (i, plan) in plans.iter().enumerate().filter(|(_, plan)| plan.needs_depth()) {
+            let drawn = match &self.sources[i] {
+                Source::Flow(flow) => Some(self.flow_drawn(gpu, stage, plan, &flow.effect)?),
+                Source::Swarm(_) => None,
+            };
+            match (&mut self.sources[i], drawn) {
+                (Source::Flow(flow), Some(drawn)) => flow.drawn = drawn,
+                (Source::Swarm(swarm), _) => {
+                    swarm.redraw(gpu, stage, (self.splats.as_ref(), shadow), plan)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Sources for those of `plans` that differ from `old`, on the same stage and ground; the others are `None`.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn changed(
+        &self,
+        gpu: &Gpu,
+        stage: &Stage,
+        around: Around<'_>,
+        plans: &[EmitterPlan],
+        old: &[EmitterPlan],
+    ) -> Result<Vec<Option<Source>>, RunError> {
+        let one = |(stream, plan): (u32, &EmitterPlan)| {
+            let is_same = old.get(stream as usize) == Some(plan);
+            if is_same {
+                Ok(None)
+            } else {
+                self.source(gpu, stage, around, plan, stream).map(Some)
+            }
+        };
+        (0..).zip(plans).map(one).collect()
+    }
+
+    /// Takes over what [`Emitters::changed`] gave, and gives back what it replaces.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn replace(&mut self, changed: Vec<Option<Source>>) -> Result<Vec<Source>, RunError> {
+        let mut left: Vec<Source> = self.sources.drain(changed.len().min(self.sources.len())..).collect();
+        for (i, new) in changed.into_iter().enumerate() {
+            let Some(mut new) = new else { continue };
+            match self.sources.get_mut(i) {
+                Some(old) => {
+                    new.go_on_from(old)?;
+                    left.push(std::mem::replace(old, new));
+                }
+                None => self.sources.push(new),
+            }
+        }
+        self.draws = self.sources.iter().any(Source::is_triangles);
+        Ok(left)
+    }
+
+    /// Goes on with the particles of sources of the same place in the list.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        self.sources.iter_mut().zip(&old.sources).try_for_each(|(new, old)| new.go_on_from(old))
+    }
+
+    /// Throws from `at_m` from now on.
+    pub fn move_to(&mut self, emitter: usize, at_m: Vec3) {
+        match self.sources.get_mut(emitter) {
+            Some(Source::Flow(flow)) => flow.effect.emitter.at_m = at_m,
+            Some(Source::Swarm(swarm)) => swarm.move_to(at_m),
+            None => {}
+        }
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.
@@ -161,15 +299,30 @@ impl Emitters {
         }
     }
 
-    /// Records the steps that are due: all of them, they are few.
+    /// Records a step of those that meet meshes.
+    pub fn record_colliding(&mut self, rec: &mut Recorder<'_>) {
+        self.swarms_mut().filter(|it| it.collides()).for_each(|swarm| swarm.record_step(rec));
+    }
+
+    /// Records the steps of the others that are due: all of them, they are few.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
+        if self.swarms().next().is_some() {
+            for reader in [Access::GraphicsRead, Access::ComputeRead] {
+                rec.barrier(reader, Access::FillWrite); // of the picture before this one
+            }
+        }
         for swarm in self.swarms_mut() {
-            swarm.record(rec);
+            if !swarm.collides() {
+                swarm.record(rec);
+            }
+            swarm.record_look(rec);
         }
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
             rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
             rec.barrier(Access::ComputeReadWrite, Access::GraphicsRead);
             rec.barrier(Access::ComputeReadWrite, Access::ComputeRead);
+            rec.barrier(Access::FillWrite, Access::GraphicsRead);
+            rec.barrier(Access::FillWrite, Access::ComputeRead);
         }
     }
 
@@ -211,6 +364,20 @@ impl Emitters {
             }
         }
         splats.record_over(rec);
+    }
+
+    /// Draws those that are balls: they hide what is behind them.
+    pub fn draw_balls(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record(rec));
+    }
+
+    /// Draws them as the sun sees them.
+    pub fn draw_shadow(&self, rec: &mut Recorder<'_>) {
+        self.balls().for_each(|balls| balls.record_shadow(rec));
+    }
+
+    fn balls(&self) -> impl Iterator<Item = &BallsDraw> {
+        self.swarms().filter_map(Swarm::balls)
     }
 
     fn swarms(&self) -> impl Iterator<Item = &Swarm> {
@@ -267,6 +434,23 @@ impl Emitters {
         let of = |source: &Source| match source {
             Source::Flow(flow) => Ok(flow.counts()),
             Source::Swarm(swarm) => swarm.counts(),
+        };
+        self.sources.iter().map(of).collect()
+    }
+
+    /// Of every emitter.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn counters(&self) -> Result<Vec<Counters>, RunError> {
+        let of = |source: &Source| match source {
+            Source::Flow(flow) => {
+                let alive = u64::from(flow.params.births) * u64::from(flow.params.burst);
+                let drawn = u64::from(flow.count());
+                let counts = vec![("alive", alive), ("drawn", drawn), ("dropped", alive - drawn)];
+                Ok(Counters { name: flow.name.clone(), counts })
+            }
+            Source::Swarm(swarm) => swarm.counters(),
         };
         self.sources.iter().map(of).collect()
     }

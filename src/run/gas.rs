@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A box of disks of a scene, on the GPU.
 
-use super::{checkpoint::fnv, stats::DisksStats, RunError};
+use super::{checkpoint::fnv, live::Counters, stats::DisksStats, RunError};
 use crate::{
     clock::FixedStep,
-    disks::{draw::DisksDraw, oracle, starts::Start, Grid, Sorted, SortedState},
+    disks::{draw::DisksDraw, oracle, starts::Start, Grid, Sorted, SortedState, Stir},
     draw::Stage,
     gpu::{Access, Gpu, Recorder},
     scene::{DisksScene, Scene},
@@ -20,6 +20,8 @@ pub(super) struct Gas {
     draw: DisksDraw,
     clock: FixedStep,
     taken: u64,
+    /// In the steps of the next picture.
+    stir: Option<Stir>,
 }
 
 impl Gas {
@@ -33,21 +35,29 @@ impl Gas {
             Sorted::new(gpu, &start.model, grid.large > 0, false)?.state(&start.model, &start.disks)?;
         let draw = DisksDraw::new(gpu, stage, &state, disks.origin_m())?;
         let clock = FixedStep::new(start.model.dt_s, u32::MAX);
-        Ok(Self { name: disks.name.clone(), state, start, draw, clock, taken: 0 })
+        Ok(Self { name: disks.name.clone(), state, start, draw, clock, taken: 0, stir: None })
     }
 
     pub fn advance(&mut self, frame_s: f64) {
         self.clock.advance(frame_s);
     }
 
+    /// Whether one submission holds the steps that are due.
+    pub fn is_nearly_due(&self) -> bool {
+        self.clock.steps() - self.taken <= self.most_steps()
+    }
+
+    fn most_steps(&self) -> u64 {
+        (DISK_STEPS / self.start.disks.len() as u64).max(1)
+    }
+
     /// Records steps that are due; `false` if some are left for another submission.
     pub fn record(&mut self, rec: &mut Recorder<'_>) -> bool {
-        let most = (DISK_STEPS / self.start.disks.len() as u64).max(1);
-        let due = (self.clock.steps() - self.taken).min(most);
+        let due = (self.clock.steps() - self.taken).min(self.most_steps());
         for _ in 0..due {
             rec.barrier(Access::GraphicsRead, Access::ComputeWrite); // the last picture may be on its way
             rec.barrier(Sorted::EXIT, Sorted::ENTRY);
-            self.state.record(rec);
+            self.state.record_stirred(rec, self.stir.as_ref());
         }
         self.taken += due;
         self.taken == self.clock.steps()
@@ -59,6 +69,19 @@ impl Gas {
 
     pub fn steps(&self) -> u64 {
         self.taken
+    }
+
+    /// A point pushes from now on; `None` ends it.
+    pub fn stir(&mut self, stir: Option<Stir>) {
+        self.stir = stir;
+    }
+
+    /// Goes on with the disks of `old`, which are as many and as large.
+    pub fn go_on_from(&mut self, gpu: &Gpu, old: &Self) -> Result<(), RunError> {
+        if self.state.restore(gpu, &old.state.save(gpu)?)? && self.clock.dt_s() == old.clock.dt_s() {
+            (self.clock, self.taken) = (old.clock.clone(), old.taken);
+        }
+        Ok(())
     }
 
     pub fn before_drawing(&self, rec: &mut Recorder<'_>) {
@@ -97,6 +120,11 @@ impl Gas {
         }
         self.taken = self.clock.steps();
         Ok(true)
+    }
+
+    pub fn counters(&self) -> Counters {
+        let counts = vec![("steps", self.taken), ("disks", self.start.disks.len() as u64)];
+        Counters { name: self.name.clone(), counts }
     }
 
     pub fn stats(&self, gpu: &Gpu) -> Result<DisksStats, RunError> {

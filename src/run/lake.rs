@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{basin::Basin, checkpoint::fnv, falls::Falls, stats::WaterStats};
+use super::{basin::Basin, checkpoint::fnv, falls::Falls, live::Counters, stats::WaterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::Stage,
@@ -8,10 +8,11 @@ use crate::{
     water::{
         self as sim,
         draw::{Look, SurfaceDraw, SurfaceParams},
-        Absorb, Absorbing, Bodies, Body, BodyList, BodyParams, Counts, Disturb, DisturbParams, Disturbances,
+        Absorb, Absorbing, Bodies, Body, BodyList, BodyParams, Counts, Disturb, DisturbParams, Disturbance,
+        Disturbances,
     },
 };
-use glam::{dvec3, DVec3, Vec2};
+use glam::{dvec3, DVec3, UVec2, Vec2};
 
 /// Slope of the ripples that a grid is too coarse for, in the shaded look.
 const RIPPLE: f32 = 0.035;
@@ -34,6 +35,27 @@ struct Fleet {
     list: BodyList,
 }
 
+/// For what falls into a basin, or is thrown.
+fn list_of(
+    gpu: &Gpu,
+    basin: &Basin,
+    cells: UVec2,
+    cell_m: f64,
+    depth_m: f64,
+) -> Result<(Disturbances, DisturbParams), sim::Error> {
+    let (surface, velocities) = (basin.surface(), basin.velocities());
+    let params = DisturbParams {
+        cells,
+        pitch: surface.pitch,
+        stride: surface.stride,
+        cell_m: cell_m as f32,
+        // A wave higher than the water is deep is beyond the model by far.
+        limit_m: (4.0 * depth_m).max(10.0) as f32,
+        has_velocity: u32::from(velocities[0].is_some()),
+    };
+    Ok((Disturb::new(gpu)?.list_of(basin.surfaces(), velocities, scene::DISTURBANCES)?, params))
+}
+
 /// One water of a scene, on the GPU.
 pub(super) struct Lake {
     name: String,
@@ -47,12 +69,16 @@ pub(super) struct Lake {
     draw: SurfaceDraw,
     surface: SurfaceParams,
     depth_m: f64,
+    /// The basin may fall dry.
+    draws_ground: bool,
     start_gain_m3: f64,
     start_energy: Option<f64>,
     given_m3: f64,
     not_listed: u64,
     /// Steps that are recorded.
     taken: u64,
+    /// What someone has thrown in, for the next step.
+    thrown: Vec<Disturbance>,
 }
 
 impl Lake {
@@ -69,22 +95,8 @@ impl Lake {
         let basin = Basin::new(gpu, simulation)?;
         let surface = basin.surface();
         let (pitch, stride) = (surface.pitch, surface.stride);
-        let list = if plan.is_disturbed {
-            let velocities = basin.velocities();
-            let list = Disturb::new(gpu)?.list_of(basin.surfaces(), velocities, scene::DISTURBANCES)?;
-            let params = DisturbParams {
-                cells,
-                pitch,
-                stride,
-                cell_m: cell_m as f32,
-                // A wave higher than the water is deep is beyond the model by far.
-                limit_m: (4.0 * water.depth_m).max(10.0) as f32,
-                has_velocity: u32::from(velocities[0].is_some()),
-            };
-            Some((list, params))
-        } else {
-            None
-        };
+        let depth_m = water.depth_m;
+        let list = plan.is_disturbed.then(|| list_of(gpu, &basin, cells, cell_m, depth_m)).transpose()?;
         let fleet = if plan.bodies.is_empty() {
             None
         } else {
@@ -126,11 +138,13 @@ impl Lake {
             },
             basin,
             depth_m: water.depth_m,
+            draws_ground: water.model.has_ground(),
             start_gain_m3: Basin::start_gain_m3(simulation),
             start_energy: Basin::start_energy(simulation),
             given_m3: 0.0,
             not_listed: 0,
             taken: 0,
+            thrown: Vec::new(),
         })
     }
 
@@ -139,12 +153,19 @@ impl Lake {
         self.clock.advance(frame_s);
     }
 
+    /// Whether one submission holds the steps that are due.
+    pub fn is_nearly_due(&self) -> bool {
+        self.clock.steps() - self.taken <= self.most_steps()
+    }
+
+    fn most_steps(&self) -> u64 {
+        (COLUMN_STEPS / self.surface.cells.as_u64vec2().element_product()).max(1)
+    }
+
     /// Records due steps, as many as one submission should hold; `false` if more are due. A watchdog takes a device away
     /// that works on one submission for seconds.
     pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, sim::Error> {
-        let columns = self.surface.cells.as_u64vec2().element_product();
-        let most = (COLUMN_STEPS / columns).max(1);
-        let end = self.clock.steps().min(self.taken + most);
+        let end = self.clock.steps().min(self.taken + self.most_steps());
         let first = self.taken;
         self.record_poses(rec, first, end)?;
         let mut step = first;
@@ -196,7 +217,8 @@ impl Lake {
 
     fn record_falls(&mut self, rec: &mut Recorder<'_>, step: u64) -> Result<(), sim::Error> {
         let Some((list, params)) = &self.list else { return Ok(()) };
-        let falling = self.falls.at_step(step);
+        let mut falling = self.falls.at_step(step);
+        falling.append(&mut self.thrown);
         self.given_m3 += given_m3(&falling);
         let (taken, left) = falling.split_at(falling.len().min(FALLS_A_STEP));
         self.not_listed += left.len() as u64;
@@ -209,6 +231,63 @@ impl Lake {
             rec.barrier(Disturb::EXIT, Access::ComputeReadWrite);
         }
         Ok(())
+    }
+
+    /// Throws something in before the next step, `at_m` from the corner of the grid: a push of `radius_m` where the
+    /// surface has a velocity of its own, a displacement to the side elsewhere, and water over ground that may fall dry.
+    pub fn throw(&mut self, gpu: &Gpu, at_m: Vec2, radius_m: f32) -> Result<(), sim::Error> {
+        if self.list.is_none() {
+            let (cells, cell_m) = (self.surface.cells, self.cell_m().into());
+            self.list = Some(list_of(gpu, &self.basin, cells, cell_m, self.depth_m)?);
+        }
+        let area_m2 = std::f32::consts::PI * radius_m * radius_m;
+        let depth_m = self.depth_m as f32;
+        // As high as a wave of this size may be before it is one of another kind.
+        let high_m = 0.1 * radius_m.min(depth_m);
+        let one = Disturbance { at_m, radius_m, ..Disturbance::default() };
+        if self.basin.velocities()[0].is_some() {
+            let speed_mps = (9.81 * depth_m).sqrt();
+            let push_m3ps = -high_m * area_m2 * speed_mps / radius_m;
+            self.thrown.push(Disturbance { push_m3ps, ..one });
+        } else if self.draws_ground {
+            self.thrown.push(Disturbance { volume_m3: 0.5 * high_m * area_m2, ..one });
+        } else {
+            let volume_m3 = high_m * area_m2;
+            self.thrown.push(Disturbance { volume_m3: -volume_m3, ..one });
+            self.thrown.push(Disturbance { volume_m3, radius_m: 2.0 * radius_m, ..one });
+        }
+        Ok(())
+    }
+
+    /// Goes on with the water of `old`, which is of the same start and kind of model.
+    pub fn go_on_from(&mut self, gpu: &Gpu, old: &Self) -> Result<(), sim::Error> {
+        // The clock goes on in steps of its own.
+        let most = self.clock.max_steps_per_frame();
+        let mut clock = old.clock.clone();
+        if clock.dt_s() != self.clock.dt_s() || clock.max_steps_per_frame() != most {
+            clock = FixedStep::new(self.clock.dt_s(), most);
+            let due = (old.clock.simulated_s() / self.clock.dt_s()).round() as u64;
+            while clock.steps() < due {
+                let steps = (due - clock.steps()).min(most.into());
+                clock.advance(steps as f64 * clock.dt_s());
+            }
+        }
+        if self.basin.upload(gpu, &old.basin.download(gpu)?, clock.steps())? {
+            self.taken = clock.steps();
+            self.clock = clock;
+            (self.given_m3, self.not_listed) = (old.given_m3, old.not_listed);
+        }
+        Ok(())
+    }
+
+    /// Where the surface is in the world: level at rest, and half its extent (m).
+    pub fn extent(&self) -> (f32, Vec2) {
+        (self.surface.level_m, 0.5 * self.surface.size_m)
+    }
+
+    /// Edge of a column (m).
+    pub fn cell_m(&self) -> f32 {
+        self.surface.size_m.x / self.surface.cells.x as f32
     }
 
     /// Draws the surface; inside [`Stage::record`].
@@ -268,6 +347,19 @@ impl Lake {
         let fallen = |step| if self.list.is_some() { given_m3(&self.falls.at_step(step)) } else { 0.0 };
         self.given_m3 = (0..self.taken).map(fallen).sum();
         self.basin.upload(gpu, floats, self.taken)
+    }
+
+    pub fn counters(&self) -> Result<Counters, RunError> {
+        let counts = self.list.as_ref().map_or(Ok(Counts::default()), |(list, _)| list.counts())?;
+        let lost = (self.clock.lost_s() / self.clock.dt_s()).round() as u64;
+        let mut list = vec![("steps", self.clock.steps()), ("steps lost", lost)];
+        if self.list.is_some() {
+            list.push(("disturbances", counts.applied.into()));
+            list.push(("rejected", counts.rejected.into()));
+            list.push(("missed", counts.missed.into()));
+            list.push(("dropped", self.not_listed));
+        }
+        Ok(Counters { name: self.name.clone(), counts: list })
     }
 
     /// Hash of the state, the same for the same scene, seed and device.

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 mod basin;
+mod brush;
 pub mod checkpoint;
 pub mod clip;
 mod effects;
@@ -10,7 +11,9 @@ mod encoder;
 mod falls;
 mod gas;
 mod lake;
+mod live;
 pub mod picture;
+mod room;
 pub mod stats;
 pub mod swarm;
 pub mod trace;
@@ -18,22 +21,25 @@ pub mod trace;
 mod tracy;
 
 pub use falls::Falls;
+pub use live::{Counters, Left, Ray, Touched};
 
 use crate::{
     ballistic::GroundGrid,
-    draw::{Camera, Layers, Stage, View},
+    draw::{shadow::Shadow, Camera, Layers, Stage, View},
     gpu::{self, Gpu, HostTime, Recorder, RenderDoc, Submitter, Zone},
+    mesh::MeshesError,
     particles,
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
 };
 use checkpoint::{scene_hash, Checkpoint, CheckpointError};
-use effects::Emitters;
+use effects::{Around, Emitters};
 use encoder::{remove_pictures, Encoder};
 use gas::Gas;
 use glam::{UVec2, Vec3};
 use lake::Lake;
 use picture::Picture;
+use room::Room;
 use stats::Stats;
 use std::{ffi::CString, fs, path::PathBuf, sync::mpsc, thread, time::Instant};
 use trace::Trace;
@@ -101,6 +107,12 @@ pub enum RunError {
     /// The same of a pool of particles.
     #[error(transparent)]
     Particles(#[from] particles::Error),
+    /// A mesh that cannot be used.
+    #[error(transparent)]
+    Meshes(#[from] MeshesError),
+    /// Paint that cannot be used.
+    #[error(transparent)]
+    Paint(#[from] crate::paint::Error),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -131,6 +143,7 @@ pub struct World {
     lakes: Vec<Lake>,
     emitters: Emitters,
     gases: Vec<Gas>,
+    room: Option<(Room, Shadow)>,
     lamp: Option<(Vec3, Vec3)>,
     scene: Scene,
     time_s: f64,
@@ -140,35 +153,40 @@ impl World {
     /// # Errors
     /// If the device has no room for the scene, or cannot draw.
     pub fn new(gpu: &Gpu, scene: &Scene, plan: &Plan) -> Result<Self, RunError> {
-        let (look, terrain) = match scene.output.view {
-            scene::View::Shaded => (Look::Shaded, Some(plan.terrain.clone()).filter(|_| plan.has_ground())),
-            scene::View::Wireframe => (Look::Wireframe, None),
-        };
-        let mut stage = Stage::new(gpu, UVec2::from(scene.output.size), terrain)?;
+        Self::of_size(gpu, scene, plan, UVec2::from(scene.output.size))
+    }
+
+    /// [`World::new`] with pictures of another size than the scene's.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn of_size(gpu: &Gpu, scene: &Scene, plan: &Plan, size: UVec2) -> Result<Self, RunError> {
+        let look = look_of(scene);
+        let has_terrain = look == Look::Shaded && plan.has_ground();
+        let mut stage = Stage::new(gpu, size, has_terrain.then(|| plan.terrain.clone()))?;
         stage.clear = match plan.has_ground() {
             true => [0.32, 0.32, 0.78, 1.0], // the book's (0.6, 0.6, 0.9), linear
+            false if plan.has_shadow() => [0.016, 0.018, 0.023, 1.0],
             false if !scene.disks.is_empty() => [0.03, 0.03, 0.035, 1.0],
             false => [0.0, 0.0, 0.0, 1.0],
+        };
+        let room = match plan.has_shadow() {
+            true => {
+                let shadow = Shadow::new(gpu, scene::SHADOW_SIDE)?;
+                let how = (scene.output.view, 1.0 / scene.output.fps);
+                Some((Room::new(gpu, &stage, &shadow, plan, how)?, shadow))
+            }
+            false => None,
         };
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
             .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
             .collect::<Result<_, _>>()?;
-        let emitters = if plan.emitters.is_empty() {
-            Emitters::none()
-        } else {
-            let height = match stage.terrain() {
-                Some(terrain) => terrain.height().clone(),
-                None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
-            };
-            let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
-            let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-            Emitters::new(gpu, &mut stage, &plan.emitters, (&height, grid), scene.seed)?
-        };
+        let emitters = emitters_of(gpu, &mut stage, scene, plan, around(&room))?;
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
-        let lamp = plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)));
-        Ok(Self { stage, lakes, emitters, gases, lamp, scene: scene.clone(), time_s: 0.0 })
+        let lamp = lamp_of(plan);
+        Ok(Self { stage, lakes, emitters, gases, room, lamp, scene: scene.clone(), time_s: 0.0 })
     }
 
     /// Lets `frame_s` pass, and draws a picture of what there is then.
@@ -180,44 +198,15 @@ impl World {
         submitter: &mut Submitter,
         frame_s: f64,
     ) -> Result<(Picture, gpu::Times), RunError> {
-        self.time_s += frame_s;
-        self.look();
-        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
-        let gases = &mut self.gases;
-        gases.iter_mut().for_each(|gas| gas.advance(frame_s));
-        lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
-        emitters.advance(frame_s, self.time_s);
+        self.advance(frame_s);
+        self.look(&self.camera());
         let mut times = gpu::Times::default();
         loop {
-            let mut done: Result<bool, water::Error> = Ok(true);
+            let mut done = Ok(true);
             let part = submitter.run(|rec| {
-                for lake in lakes.iter_mut() {
-                    done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
-                        (Ok(others), Ok(this)) => Ok(others && this),
-                        (Err(error), _) | (_, Err(error)) => Err(error),
-                    };
-                }
-                for gas in gases.iter_mut() {
-                    let is_done = gas.record(rec);
-                    if let Ok(others) = &mut done {
-                        *others &= is_done;
-                    }
-                }
+                done = self.record(rec);
                 if matches!(done, Ok(true)) {
-                    emitters.record(rec);
-                    gases.iter().for_each(|gas| gas.before_drawing(rec));
-                    let mut opaque = |rec: &mut Recorder<'_>| {
-                        lakes.iter().for_each(|lake| lake.draw(rec));
-                        gases.iter().for_each(|gas| gas.draw(rec));
-                    };
-                    let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
-                    let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
-                    let layers = Layers {
-                        opaque: &mut opaque,
-                        sprites: if emitters.draws() { Some(&mut draw) } else { None },
-                        splats: if emitters.splats() { Some(&mut splat) } else { None },
-                    };
-                    stage.record_layers(rec, layers);
+                    self.stage.record_readback(rec);
                 }
             })?;
             times.add(part);
@@ -225,23 +214,112 @@ impl World {
                 break;
             }
         }
-        let [width, height] = self.scene.output.size;
+        let [width, height] = self.stage.size().to_array();
         let start = Instant::now();
         let picture = Picture { width, height, rgba: self.stage.read() };
         times.host.push(HostTime::until_now("read back", start));
         Ok((picture, times))
     }
 
-    fn look(&mut self) {
+    /// Lets `frame_s` pass: [`World::record`] then records the steps that are due.
+    pub fn advance(&mut self, frame_s: f64) {
+        self.time_s += frame_s;
+        if let Some((room, _)) = &mut self.room {
+            room.advance(frame_s);
+        }
+        self.gases.iter_mut().for_each(|gas| gas.advance(frame_s));
+        self.lakes.iter_mut().for_each(|lake| lake.advance(frame_s));
+        self.emitters.advance(frame_s, self.time_s);
+    }
+
+    /// Records due steps, as many as one submission should hold, and, if none are left then, the picture up to its bytes:
+    /// then it is `true`. Submits nothing, waits for nothing. Nothing recorded earlier is disturbed, so that several
+    /// pictures can be on their way; each must be visible to the next.
+    ///
+    /// # Errors
+    /// If there is no room for what falls into water.
+    pub fn record(&mut self, rec: &mut Recorder<'_>) -> Result<bool, RunError> {
+        let (stage, lakes, emitters) = (&mut self.stage, &mut self.lakes, &mut self.emitters);
+        let (gases, room) = (&mut self.gases, &mut self.room);
+        let mut done: Result<bool, water::Error> = Ok(true);
+        for lake in lakes.iter_mut() {
+            done = match (std::mem::replace(&mut done, Ok(true)), lake.record(rec)) {
+                (Ok(others), Ok(this)) => Ok(others && this),
+                (Err(error), _) | (_, Err(error)) => Err(error),
+            };
+        }
+        for gas in gases.iter_mut() {
+            let is_done = gas.record(rec);
+            if let Ok(others) = &mut done {
+                *others &= is_done;
+            }
+        }
+        if !done? {
+            return Ok(false);
+        }
+        if let Some((room, _)) = room {
+            room.record(rec, emitters)?;
+        }
+        emitters.record(rec);
+        if let Some((room, shadow)) = room {
+            shadow.record(rec, |rec| {
+                room.draw_shadow(rec);
+                emitters.draw_shadow(rec);
+            });
+        }
+        gases.iter().for_each(|gas| gas.before_drawing(rec));
+        let is_flat = room.as_ref().is_some_and(|(room, _)| room.is_flat());
+        let mut opaque = |rec: &mut Recorder<'_>| {
+            lakes.iter().for_each(|lake| lake.draw(rec));
+            gases.iter().for_each(|gas| gas.draw(rec));
+            if let Some((room, _)) = room {
+                room.draw(rec);
+            }
+            if !is_flat {
+                emitters.draw_balls(rec);
+            }
+        };
+        let mut draw = |rec: &mut Recorder<'_>| emitters.draw(rec);
+        let mut splat = |rec: &mut Recorder<'_>| emitters.splat(rec);
+        let layers = Layers {
+            opaque: &mut opaque,
+            sprites: if emitters.draws() && !is_flat { Some(&mut draw) } else { None },
+            splats: if emitters.splats() && !is_flat { Some(&mut splat) } else { None },
+        };
+        stage.record_picture(rec, layers);
+        Ok(true)
+    }
+
+    /// Whether the next [`World::record`] comes to the picture.
+    pub fn is_nearly_due(&self) -> bool {
+        self.lakes.iter().all(Lake::is_nearly_due) && self.gases.iter().all(Gas::is_nearly_due)
+    }
+
+    /// The scene's camera, where it is now.
+    pub fn camera(&self) -> Camera {
         let camera = self.scene.camera();
-        let place = Camera {
+        Camera {
             eye_m: Vec3::from(camera.eye_at(self.time_s)),
             target_m: Vec3::from(camera.target_m),
             fov_rad: camera.fov_deg.to_radians(),
-        };
+        }
+    }
+
+    /// Time of the scene (s).
+    pub fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// What pictures are drawn on.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// The next picture is taken from `place`.
+    pub fn look(&mut self, place: &Camera) {
         let sun = Vec3::from(self.scene.sun.direction());
         let size = self.stage.size();
-        let mut view = View::new(&place, size, self.time_s as f32, sun, 0.62);
+        let mut view = View::new(place, size, self.time_s as f32, sun, 0.62);
         view.daylight = self.scene.sun.brightness;
         if let Some((at_m, light)) = self.lamp {
             // A flame: two slow waves that never meet again.
@@ -251,6 +329,9 @@ impl World {
             view.lamp = (light * flicker as f32).extend(0.0);
         }
         self.stage.set_view(&view);
+        if let Some((room, shadow)) = &self.room {
+            shadow.set_view(&room.shadow_view(sun, shadow.side()));
+        }
     }
 
     /// Hash of every water's state, and of every pool's.
@@ -263,6 +344,9 @@ impl World {
         hashes.extend(self.emitters.hashes()?);
         for gas in &self.gases {
             hashes.push(gas.hash(gpu)?);
+        }
+        if let Some((room, _)) = &self.room {
+            hashes.extend(room.hash(gpu)?);
         }
         Ok(hashes)
     }
@@ -297,6 +381,9 @@ impl World {
         for gas in &self.gases {
             states.push(gas.state(gpu)?);
         }
+        if let Some((room, _)) = &self.room {
+            states.extend(room.state(gpu)?);
+        }
         Ok(Checkpoint { scene: scene_hash(&self.scene), picture, states })
     }
 
@@ -312,6 +399,8 @@ impl World {
             }
         }
         let others = &from.states[self.lakes.len().min(from.states.len())..];
+        let (others, paint) =
+            others.split_at(others.len().saturating_sub(usize::from(self.scene.paint.is_some())));
         let (pools, boxes) = others.split_at(others.len().saturating_sub(self.gases.len()));
         for (gas, state) in self.gases.iter_mut().zip(boxes) {
             if !gas.restore(gpu, state, from.picture, frame_s)? {
@@ -321,6 +410,11 @@ impl World {
         if !self.emitters.restore(pools, from.picture, frame_s)? {
             return Ok(false);
         }
+        if let Some((room, _)) = &mut self.room {
+            if !room.restore(gpu, paint.first(), from.picture, frame_s)? {
+                return Ok(false);
+            }
+        }
         self.time_s = (0..from.picture).fold(0.0, |time_s, _| time_s + frame_s);
         Ok(true)
     }
@@ -329,6 +423,42 @@ impl World {
     pub fn steps(&self) -> u64 {
         self.lakes.iter().map(Lake::steps).max().unwrap_or(0)
     }
+}
+
+fn look_of(scene: &Scene) -> Look {
+    match scene.output.view {
+        scene::View::Wireframe => Look::Wireframe,
+        _ => Look::Shaded,
+    }
+}
+
+/// What emitters need of a room.
+fn around(room: &Option<(Room, Shadow)>) -> Around<'_> {
+    room.as_ref().map_or((None, None), |(room, shadow)| (Some(shadow), room.volume()))
+}
+
+/// Where the light of the first emitter that gives some comes from, and its colour.
+fn lamp_of(plan: &Plan) -> Option<(Vec3, Vec3)> {
+    plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)))
+}
+
+fn emitters_of(
+    gpu: &Gpu,
+    stage: &mut Stage,
+    scene: &Scene,
+    plan: &Plan,
+    around: Around<'_>,
+) -> Result<Emitters, RunError> {
+    if plan.emitters.is_empty() {
+        return Ok(Emitters::none());
+    }
+    let height = match stage.terrain() {
+        Some(terrain) => terrain.height().clone(),
+        None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
+    };
+    let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
+    let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
+    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), around, scene.seed)
 }
 
 /// Runs `scene`, of which `plan` is, and writes what `options` ask for. `progress` is called with the number of each finished picture.
@@ -366,6 +496,7 @@ pub fn run(
         waters: Vec::new(),
         emitters: Vec::new(),
         disks: Vec::new(),
+        volume: None,
         hashes: Vec::new(),
         warnings: plan.warnings.clone(),
     };
@@ -464,6 +595,9 @@ pub fn run(
         }
         stats.emitters = world.emitters.stats()?;
         stats.disks = world.gases.iter().map(|gas| gas.stats(gpu)).collect::<Result<_, _>>()?;
+        if let Some((room, _)) = &world.room {
+            stats.volume = room.stats(gpu)?;
+        }
         Ok(())
     })?;
     stats.simulated_s = frame_s * f64::from(scene.output.frames - 1);

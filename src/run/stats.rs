@@ -41,7 +41,11 @@ pub struct Stats {
     /// By box of disks, as in the scene.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub disks: Vec<DisksStats>,
-    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles, one a box of disks.
+    /// Of meshes, cells, impacts and paint, if particles meet meshes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeStats>,
+    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles, one a box of disks, and
+    /// one of the paint.
     pub hashes: Vec<(u32, Vec<String>)>,
     /// What the user should know.
     pub warnings: Vec<String>,
@@ -153,6 +157,50 @@ pub struct DisksStats {
     pub energy_drift: f64,
     /// Of all that the next step depends on.
     pub state_hash: String,
+}
+
+/// What became of meshes, cells, impacts and paint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VolumeStats {
+    /// Of all meshes that particles meet.
+    pub triangles: u32,
+    /// Of the grid.
+    pub cells: u64,
+    /// Cells that a triangle passes through, at the end.
+    pub occupied: u64,
+    /// Triangles without an area, which are in no cell.
+    pub without_area: u32,
+    /// Triangles with a corner that is no number.
+    pub not_finite: u32,
+    /// Steps taken.
+    pub steps: u64,
+    /// Of each (s).
+    pub dt_s: f64,
+    /// Impacts, since the start (of this run, where it went on from another).
+    pub impacts: u64,
+    /// For which there was no room in their step: they moved the particle, and left no paint.
+    pub impacts_dropped: u64,
+    /// On a mesh that is painted, of nobody who paints.
+    pub impacts_without_paint: u64,
+    /// By mesh that is painted.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub paint: Vec<PaintStats>,
+    /// Of all paint maps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paint_hash: Option<String>,
+}
+
+/// What became of the paint on one mesh.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PaintStats {
+    /// As in the scene.
+    pub name: String,
+    /// Of its map, in a triangle.
+    pub texels: u64,
+    /// Of them, in more than one.
+    pub overlapping: u64,
+    /// Texels with paint on them, those beside a triangle included, as many as there are in triangles at the most.
+    pub painted: u64,
 }
 
 impl Stats {

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, effects::Drawn, stats::EmitterStats, RunError};
+use super::{checkpoint::fnv, effects::Drawn, live::Counters, room::Volume, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{
+        shadow::Shadow,
         sprites::{Splats, Sprites},
         Stage,
     },
     gpu::{Access, Buffer, Gpu, Recorder, Residence},
-    particles::{Law, Options, Particles, Pool, PoolInfo, PoolState, Snapshot, Step},
-    scene::{Attractor, EmitterPlan, LawPlan, MOST_CENTRES},
+    particles::{
+        balls::{BallParams, BallsDraw},
+        colliding::Colliding,
+        Law, Options, Particle, Particles, Pool, PoolInfo, PoolState, Snapshot, Step,
+    },
+    random::{bits, direction_of, units},
+    scene::{Attractor, CollidingScene, Draw, EmitterPlan, LawPlan, LawScene, PlannedThrows, MOST_CENTRES},
 };
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use std::ffi::CStr;
 
 /// Mirrors `Glow` in `glsl/particles/glow.glsl`.
@@ -42,11 +48,41 @@ pub(super) struct Swarm {
     clock: FixedStep,
     /// Steps that are recorded.
     taken: u64,
+    collides: bool,
     glow: Glow,
     glows: Buffer,
     centres: Vec<Attractor>,
+    /// Where its emitter has been moved to, until that is recorded (m).
+    moved_to: Option<Vec3>,
     /// For each of the two buffers between which the pool goes to and fro.
     drawn: Vec<(Buffer, Drawn)>,
+}
+
+/// For each of the two buffers between which the pool goes to and fro.
+fn drawn(
+    gpu: &Gpu,
+    stage: &Stage,
+    (splats, shadow): (Option<&Splats>, Option<&Shadow>),
+    (plan, look): (&EmitterPlan, &LawScene),
+    pool: &Pool,
+    glows: &Buffer,
+) -> Result<Vec<(Buffer, Drawn)>, RunError> {
+    let drawn = pool.both().map(|particles| {
+        if plan.draw == Draw::Balls {
+            let shadow = shadow.expect("a scene of balls has shadows");
+            let params = BallParams {
+                color: Vec3::from(look.color).extend(look.half_m),
+                far_color: Vec3::from(look.far_color).extend(look.mirrors),
+            };
+            let balls = BallsDraw::new(gpu, stage, shadow, (pool.state(), particles), params)?;
+            return Ok((particles.clone(), Drawn::Balls(balls)));
+        }
+        let resources =
+            [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", glows.into())];
+        let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
+        Ok((particles.clone(), drawn))
+    });
+    drawn.into_iter().collect()
 }
 
 fn name_of(law: &LawPlan) -> &'static CStr {
@@ -57,25 +93,56 @@ fn name_of(law: &LawPlan) -> &'static CStr {
     }
 }
 
+/// Those who are there from the start, in a ball round the emitter, all places in it alike.
+fn population(colliding: &CollidingScene, law: &LawPlan, seed: u32) -> Vec<Particle> {
+    let of = |i: u32| {
+        let (place, other) = (units(bits(seed, 1, i, 0)), units(bits(seed, 1, i, 1)));
+        let far_m = colliding.spread_m * place[2].cbrt();
+        Particle {
+            at_m: law.emitter.at_m + far_m * direction_of([place[0], place[1]]),
+            velocity_mps: law.emitter.velocity_mps
+                + law.emitter.speed_mps * direction_of([other[0], other[1]]),
+            // Told apart by their births, which are all before the start.
+            born: 0u32.wrapping_sub(i % 65_536),
+        }
+    };
+    (0..colliding.population).map(of).collect()
+}
+
 impl Swarm {
     pub fn new(
         gpu: &Gpu,
         stage: &Stage,
-        splats: Option<&Splats>,
+        (splats, shadow, volume): (Option<&Splats>, Option<&Shadow>, Option<&Volume>),
         plan: &EmitterPlan,
         law: &LawPlan,
         seed: u32,
     ) -> Result<Self, RunError> {
-        let kernel = Law { name: name_of(law), spv: &law.spv, subgroups: None, constants: &law.constants };
-        let kernels = Particles::new(gpu, &kernel, Options::for_device(gpu))?;
-        let pool = kernels.pool(&PoolInfo {
+        let info = PoolInfo {
             capacity: plan.capacity,
             life_s: law.life_s,
             seed,
             start: 0,
             emitters: &[law.emitter],
             law: &law.numbers,
-        })?;
+        };
+        let pool = match (&law.look.colliding, volume) {
+            (Some(colliding), Some(volume)) => {
+                let kernel = Colliding::law(colliding.variant);
+                let kernels = Particles::new(gpu, &kernel, Colliding::options(gpu))?;
+                let mut pool = kernels.pool_with(&info, &volume.resources())?;
+                if colliding.population > 0 {
+                    pool.upload(&population(colliding, law, seed))?;
+                }
+                pool
+            }
+            _ => {
+                let constants = &law.constants;
+                let kernel =
+                    Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
+                Particles::new(gpu, &kernel, Options::for_device(gpu))?.pool(&info)?
+            }
+        };
         let look = &law.look;
         let alpha = look.alpha;
         let premultiplied = |rgb: [f32; 3]| {
@@ -92,25 +159,53 @@ impl Swarm {
             centre_m: [Vec4::ZERO; MOST_CENTRES],
         };
         let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
-        let drawn = pool.both().map(|particles| {
-            let resources =
-                [("Pool", pool.state().into()), ("Particles", particles.into()), ("Glows", (&glows).into())];
-            let drawn = Drawn::new::<()>(gpu, stage, splats, plan, c"particles.glow", &resources)?;
-            Ok((particles.clone(), drawn))
-        });
-        let drawn = drawn.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+        let drawn = drawn(gpu, stage, (splats, shadow), (plan, look), &pool, &glows)?;
         let mut made = Self {
             name: plan.name.clone(),
             clock: FixedStep::new(law.dt_s, u32::MAX),
             taken: 0,
+            collides: look.colliding.is_some(),
             glow,
             glows,
             centres: law.centres.clone(),
+            moved_to: None,
             drawn,
             pool,
         };
         made.look(0.0);
         Ok(made)
+    }
+
+    /// Draws to a stage whose targets are new.
+    pub fn redraw(
+        &mut self,
+        gpu: &Gpu,
+        stage: &Stage,
+        drawing: (Option<&Splats>, Option<&Shadow>),
+        plan: &EmitterPlan,
+    ) -> Result<(), RunError> {
+        let PlannedThrows::Law(law) = &plan.throws else { return Ok(()) };
+        self.drawn = drawn(gpu, stage, drawing, (plan, &law.look), &self.pool, &self.glows)?;
+        Ok(())
+    }
+
+    /// Goes on with the particles of `old`, where they fit: numbers of the law and of the emitter are this one's.
+    pub fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
+        let is_alike = self.pool.capacity() == old.pool.capacity()
+            && self.pool.life_ticks() == old.pool.life_ticks()
+            && self.clock.dt_s() == old.clock.dt_s();
+        if is_alike {
+            let (mut state, here) = (old.pool.snapshot()?, self.pool.snapshot()?);
+            (state.law, state.emitters) = (here.law, here.emitters);
+            self.pool.restore(&state)?;
+            (self.clock, self.taken) = (old.clock.clone(), old.taken);
+        }
+        Ok(())
+    }
+
+    /// Throws from `at_m` from the next step on.
+    pub fn move_to(&mut self, at_m: Vec3) {
+        self.moved_to = Some(at_m);
     }
 
     /// Lets `frame_s` pass, up to `time_s` of the scene.
@@ -124,23 +219,46 @@ impl Swarm {
             let [x, y, z] = from.at(time_s);
             *to = Vec4::new(x, y, z, 0.0);
         }
-        self.glows.write(0, &[self.glow]);
+    }
+
+    /// Brings what the glow is to where it is read. Nothing that was recorded before sees it.
+    pub fn record_look(&self, rec: &mut Recorder<'_>) {
+        rec.update(&self.glows, &self.glow);
     }
 
     /// Records the steps that are due.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
-        for index in self.taken..self.clock.steps() {
-            rec.barrier(Particles::EXIT, Particles::ENTRY);
-            // The arguments of the last step are read before this one writes them.
-            rec.barrier(Access::IndirectRead, Access::ComputeWrite);
-            self.pool.record(rec, &Step::nth(index, self.clock.dt_s()));
+        while self.taken < self.clock.steps() {
+            self.record_step(rec);
         }
-        self.taken = self.clock.steps();
+    }
+
+    /// Records one step.
+    pub fn record_step(&mut self, rec: &mut Recorder<'_>) {
+        if let Some(at_m) = self.moved_to.take() {
+            rec.barrier(Particles::EXIT, Access::FillWrite);
+            rec.update(self.pool.emitters(), &at_m); // what `EmitterWords` begins with
+            rec.barrier(Access::FillWrite, Particles::ENTRY);
+        }
+        rec.barrier(Particles::EXIT, Particles::ENTRY);
+        // The arguments of the last step are read before this one writes them.
+        rec.barrier(Access::IndirectRead, Access::ComputeWrite);
+        self.pool.record(rec, &Step::nth(self.taken, self.clock.dt_s()));
+        self.taken += 1;
+    }
+
+    /// Whether it meets meshes: it steps when they do.
+    pub fn collides(&self) -> bool {
+        self.collides
     }
 
     fn drawn(&self) -> &Drawn {
         let now = self.pool.particles();
         &self.drawn.iter().find(|(buffer, _)| buffer.is(now)).expect("one of the pool's two").1
+    }
+
+    pub fn is_triangles(&self) -> bool {
+        matches!(self.drawn(), Drawn::Triangles(_))
     }
 
     pub fn draw(&self, rec: &mut Recorder<'_>) {
@@ -154,6 +272,14 @@ impl Swarm {
     pub fn splat(&self, rec: &mut Recorder<'_>) {
         if let Drawn::Splat(sprites) = self.drawn() {
             sprites.record(rec, self.pool.capacity(), &());
+        }
+    }
+
+    /// If it is drawn as such.
+    pub fn balls(&self) -> Option<&BallsDraw> {
+        match self.drawn() {
+            Drawn::Balls(balls) => Some(balls),
+            _ => None,
         }
     }
 
@@ -205,6 +331,20 @@ impl Swarm {
     pub fn hash(&self) -> Result<u64, RunError> {
         let living = self.pool.living()?;
         Ok(fnv(bytemuck::cast_slice::<_, u8>(&living).iter().copied()))
+    }
+
+    pub fn counters(&self) -> Result<Counters, RunError> {
+        let counts = self.pool.counts()?;
+        let list = vec![
+            ("steps", self.clock.steps()),
+            ("alive", counts.alive()),
+            ("born", counts.born),
+            ("dropped", counts.dropped),
+            ("aged", counts.aged),
+            ("ended", counts.ended),
+            ("spoiled", counts.spoiled),
+        ];
+        Ok(Counters { name: self.name.clone(), counts: list })
     }
 
     /// What became of the particles so far, without the hash of what lives.

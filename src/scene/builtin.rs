@@ -6,7 +6,7 @@ use super::{Override, Scene, SceneError};
 /// A built-in scene: name, one line for people, TOML.
 struct Builtin(&'static str, &'static str, &'static str);
 
-const SCENES: [Builtin; 15] = [
+const SCENES: [Builtin; 18] = [
     Builtin("fjord", "Waves among rocky islands in a mountain lake", include_str!("../../scenes/fjord.toml")),
     Builtin("pond", "Drops falling into a stony pond", include_str!("../../scenes/pond.toml")),
     Builtin(
@@ -53,6 +53,17 @@ const SCENES: [Builtin; 15] = [
         "avalanche",
         "A hundred thousand spheres that tumble down",
         include_str!("../../scenes/avalanche.toml"),
+    ),
+    Builtin(
+        "paint_shower",
+        "Paint rains on a block and a lizard that walks",
+        include_str!("../../scenes/paint_shower.toml"),
+    ),
+    Builtin("marbles", "Marbles on an obstacle course", include_str!("../../scenes/marbles.toml")),
+    Builtin(
+        "sandblast",
+        "Sand through a stencil, faster than cells are wide",
+        include_str!("../../scenes/sandblast.toml"),
     ),
 ];
 

@@ -216,7 +216,7 @@ impl DisksScene {
             Response::GaussSeidel => ("disks.sweep", if self.space == Space::Flat { 9 } else { 27 }),
             Response::Matching { rounds, .. } => ("disks.propose, disks.collide", rounds),
         };
-        for pass in ["disks.travel", "disks.sums, disks.starts", "disks.slot", "disks.gather"] {
+        for pass in ["disks.travel", "prims.reduce, prims.scan", "disks.slot", "disks.gather"] {
             list.push((pass.into(), often));
         }
         list.push((respond.into(), often * f64::from(times)));

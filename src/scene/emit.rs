@@ -2,8 +2,9 @@
 //! From an emitter of a scene to what runs: shaders compiled, numbers checked, the integrator chosen. No GPU is needed.
 
 use super::{
+    colliding::meets,
     particles::{Draw, EmitterScene, LawScene, Throws},
-    Attractor, PlannedBuffer, Scene, SceneError,
+    Attractor, PlannedBuffer, Scene, SceneError, VolumePlan,
 };
 use crate::{
     ballistic::{self, Blend},
@@ -11,6 +12,7 @@ use crate::{
     gpu::{self, glsl},
     particles::{
         black_hole::{BlackHole, Integrator},
+        colliding::Colliding,
         drag::Drag,
         PoolState, Thrown,
     },
@@ -144,7 +146,8 @@ pub(super) fn list_draws(emitters: &[EmitterPlan], list: &mut Vec<(String, f64)>
     if emitters.iter().any(EmitterPlan::needs_depth) {
         list.push(("draw.depth (copied for soft or splatted sprites)".into(), 1.0));
     }
-    let (quads, splats) = (names(&|it| it.draw != Draw::Splat), names(&|it| it.draw == Draw::Splat));
+    let quads = names(&|it| matches!(it.draw, Draw::Quads | Draw::Geometry));
+    let splats = names(&|it| it.draw == Draw::Splat);
     if !quads.is_empty() {
         list.push((format!("draw.sprites ({quads})"), 1.0));
     }
@@ -162,11 +165,15 @@ fn law_name(file: &str) -> &str {
 }
 
 impl Scene {
-    pub(super) fn plan_emitters(&self) -> Result<Vec<EmitterPlan>, SceneError> {
-        self.emitters.iter().map(|emitter| self.plan_emitter(emitter)).collect()
+    pub(super) fn plan_emitters(&self, volume: Option<&VolumePlan>) -> Result<Vec<EmitterPlan>, SceneError> {
+        self.emitters.iter().map(|emitter| self.plan_emitter(emitter, volume)).collect()
     }
 
-    fn plan_emitter(&self, emitter: &EmitterScene) -> Result<EmitterPlan, SceneError> {
+    fn plan_emitter(
+        &self,
+        emitter: &EmitterScene,
+        volume: Option<&VolumePlan>,
+    ) -> Result<EmitterPlan, SceneError> {
         let texture = emitter.texture.as_deref().map(|file| self.load_texture(file)).transpose()?;
         let (throws, reason, sprites, capacity) = match &emitter.throws {
             Throws::Effect(scene) => {
@@ -185,11 +192,12 @@ impl Scene {
                 (PlannedThrows::Effect(effect), reason, sprites, most as u32)
             }
             Throws::Law(law) => {
-                let (plan, reason) = self.law(emitter, law)?;
+                let (plan, reason) = self.law(emitter, law, volume)?;
                 let sprites: Spv = match emitter.draw {
                     Draw::Quads => shaders::PARTICLES_GLOW_VERT.into(),
                     Draw::Geometry => shaders::PARTICLES_GLOW_GEOM.into(),
                     Draw::Splat => shaders::PARTICLES_GLOW_SPLAT_COMP.into(),
+                    Draw::Balls => shaders::PARTICLES_BALLS_VERT.into(),
                 };
                 let wanted = law.wanted(emitter);
                 let capacity = law.capacity.map_or(wanted, u64::from);
@@ -264,17 +272,20 @@ impl Scene {
         let (stage, after) = match draw {
             Draw::Quads => (glsl::Stage::Vertex, "draw/sprites_vert.glsl"),
             Draw::Geometry => (glsl::Stage::Geometry, "draw/sprites_geom.glsl"),
-            Draw::Splat => (glsl::Stage::Compute, "draw/sprites_splat.glsl"),
+            Draw::Splat | Draw::Balls => (glsl::Stage::Compute, "draw/sprites_splat.glsl"),
         };
         let before = [ground, "#include \"draw/view.glsl\"\n#include \"draw/sprite.glsl\"\n#include \"ballistic/effect.glsl\"\n"].concat();
         let after = format!("#include \"ballistic/sprite.glsl\"\n#include \"{after}\"\n");
         Ok((effect, compile(file, &before, &text, &after, stage)?.into()))
     }
 
-    fn law(&self, emitter: &EmitterScene, law: &LawScene) -> Result<(LawPlan, String), SceneError> {
-        // Ends of steps and pictures are one, and no step is longer than a sixtieth of a second unless it is asked for.
-        let picture_s = 1.0 / self.output.fps;
-        let dt_s = law.dt_s.unwrap_or(picture_s / (60.0 * picture_s - 1e-9).ceil().max(1.0));
+    fn law(
+        &self,
+        emitter: &EmitterScene,
+        law: &LawScene,
+        volume: Option<&VolumePlan>,
+    ) -> Result<(LawPlan, String), SceneError> {
+        let dt_s = volume.filter(|_| law.colliding.is_some()).map_or(self.step_s(law.dt_s), |it| it.dt_s);
         let at_m = Vec3::from(emitter.at_m.unwrap_or_default());
         let (spv, constants, numbers, centres, reason): (Spv, _, _, _, _) = match law.file.as_str() {
             "black_hole" => {
@@ -285,6 +296,19 @@ impl Scene {
                 })?;
                 let spv = shaders::PARTICLES_BLACK_HOLE_COMP.into();
                 (spv, holes.constants().to_vec(), holes.numbers().to_vec(), self.attractors.clone(), chosen)
+            }
+            "colliding" => {
+                let scene = law.colliding.as_ref().expect("the law has its numbers");
+                let volume = volume.expect("a scene that collides has a volume");
+                let colliding = self.colliding(emitter, scene, volume);
+                colliding.check().map_err(|invalid| SceneError::Shader {
+                    file: format!("emitter.{}", emitter.name),
+                    reason: invalid.to_string(),
+                })?;
+                let kernel = Colliding::law(scene.variant);
+                let numbers = bytemuck::bytes_of(&colliding).to_vec();
+                let reason = meets(scene, volume);
+                (kernel.spv.into(), kernel.constants.to_vec(), numbers, Vec::new(), reason)
             }
             "drag" => {
                 let drag = Drag { pull_mps2: law.pull_mps2.into(), drag_per_s: law.drag_per_s };

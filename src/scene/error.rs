@@ -35,7 +35,7 @@ pub enum SceneError {
         /// Key, value and what is allowed.
         message: String,
     },
-    /// A shader, an effect or a texture cannot be used.
+    /// A shader, an effect, a texture or a mesh cannot be used.
     #[error("{file}: {reason}")]
     Shader {
         /// The file.

@@ -24,17 +24,23 @@
 mod asc;
 pub mod builtin;
 mod choose;
+mod colliding;
 mod disks;
 mod emit;
 mod error;
 mod heightmap;
 pub mod measured;
+mod meshes;
+mod motion;
 mod node;
+mod paint;
+mod parameter;
 mod parse;
 mod particles;
 mod plan;
 mod schema;
 mod simulation;
+mod volume;
 mod water;
 mod water_table;
 mod works;
@@ -44,16 +50,23 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
+pub use colliding::CollidingScene;
 pub use disks::{DisksScene, Heavy};
 pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
 pub use measured::Measured;
+pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
+pub use motion::{Key, Motion};
 pub use node::Override;
+pub use paint::{PaintPlan, PaintScene, Painter};
+pub use parameter::{Given, Parameter, Takes};
 pub(crate) use particles::MOST_CENTRES;
 pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
+pub(crate) use plan::SHADOW_SIDE;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;
+pub use volume::{VolumePlan, VolumeScene, Voxeliser};
 pub use water::{Drop, Model, Rain, Source, Start, Walls, WaterScene};
 pub use works::{Body, BodyPath, BodyShape, Border, Borders, Wall, WallLook};
 
@@ -82,6 +95,15 @@ pub struct Scene {
     pub attractors: Vec<Attractor>,
     /// Boxes of disks or spheres that collide.
     pub disks: Vec<DisksScene>,
+    /// What particles collide with and paint.
+    #[serde(rename = "mesh", skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<MeshScene>,
+    /// The cells that they meet it in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeScene>,
+    /// What they leave on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paint: Option<PaintScene>,
     /// The folder that asset paths are relative to; `None` is the current one.
     #[serde(skip)]
     pub base_dir: Option<PathBuf>,
@@ -102,13 +124,33 @@ pub struct Output {
 
 /// How surfaces are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum View {
     /// Lit water and ground.
     #[default]
     Shaded,
     /// The book's debug view: lines, with the tiles of the workgroups in alternating colours.
     Wireframe,
+    /// The cells that meshes are in, as boxes, coloured by the normal of their first plane.
+    Voxels,
+    /// The planes that cells hold.
+    Planes,
+    /// Where in the world each texel of the paint maps is, as colours, one map beside the other.
+    PositionMap,
+    /// The paint maps themselves.
+    PaintMap,
+}
+
+impl View {
+    /// With their names.
+    pub const ALL: [(&str, Self); 6] = [
+        ("shaded", Self::Shaded),
+        ("wireframe", Self::Wireframe),
+        ("voxels", Self::Voxels),
+        ("planes", Self::Planes),
+        ("position_map", Self::PositionMap),
+        ("paint_map", Self::PaintMap),
+    ];
 }
 
 /// A camera that may circle its target.
@@ -164,7 +206,17 @@ impl Scene {
         base_dir: Option<&Path>,
         overrides: &[Override],
     ) -> Result<Self, SceneError> {
-        schema::scene(text, file_name, base_dir, overrides)
+        schema::scene(text, file_name, base_dir, overrides).0
+    }
+
+    /// [`Scene::parse`], with a list of every key that the scene has or could have, in the order of the schema: what it
+    /// takes, and what it is given. Where the scene is wrong the list is of what could be read.
+    pub fn parse_listing(
+        text: &str,
+        file_name: &str,
+        base_dir: Option<&Path>,
+    ) -> (Result<Self, SceneError>, Vec<Parameter>) {
+        schema::scene(text, file_name, base_dir, &[])
     }
 
     /// Loads the heightmap of the terrain, if the scene has one.
@@ -190,6 +242,9 @@ impl Scene {
         let boxes = self.disks.iter().flat_map(|it| it.size_m).fold(0.0, f64::max) as f32;
         if extent.max(boxes) > 0.0 {
             return extent.max(6.0 * boxes);
+        }
+        if let Some(volume) = &self.volume {
+            return volume.cell_m * volume.cells.into_iter().max().unwrap_or(1) as f32;
         }
         // Particles alone: what throws them and what pulls them.
         let places =

@@ -195,6 +195,11 @@ impl fmt::Display for Override {
 }
 
 impl Override {
+    /// Key path and value, as they were written.
+    pub fn parts(&self) -> (&str, &str) {
+        (self.text[..self.equals].trim(), self.text[self.equals + 1..].trim())
+    }
+
     fn path(&self) -> impl Iterator<Item = &str> {
         self.text[..self.equals].split('.').map(str::trim)
     }

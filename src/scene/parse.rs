@@ -9,6 +9,7 @@ use std::{cell::RefCell, fmt};
 use super::{
     error::{Problem, ProblemKind},
     node::{At, Node, Sources, Value},
+    parameter::{Given, Parameter, Takes},
 };
 
 /// Which numbers a key takes.
@@ -31,6 +32,16 @@ impl Rule {
     }
 }
 
+impl Rule {
+    fn range(self) -> [f64; 2] {
+        match self {
+            Self::Finite => [-f64::MAX, f64::MAX],
+            Self::AtLeastZero => [0.0, f64::MAX],
+            Self::Within(least, most) => [least, most],
+        }
+    }
+}
+
 impl fmt::Display for Rule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -44,15 +55,17 @@ impl fmt::Display for Rule {
 /// What a [`Table`] can read: a number or a few of them.
 pub(super) trait Read: Copy + Default {
     const WHAT: &str;
+    const IS_WHOLE: bool;
     fn from_node(node: &Node) -> Option<Self>;
     /// The numbers of a value; what [`Rule`] applies to.
     fn numbers(&self) -> impl Iterator<Item = f64>;
 }
 
 macro_rules! read_number {
-    ($type:ty, $what:literal, $whats:literal, $($from:pat => $to:expr),*) => {
+    ($type:ty, $whole:literal, $what:literal, $whats:literal, $($from:pat => $to:expr),*) => {
         impl Read for $type {
             const WHAT: &str = $what;
+            const IS_WHOLE: bool = $whole;
             fn from_node(node: &Node) -> Option<Self> {
                 match node.value {
                     $($from => $to,)*
@@ -73,6 +86,7 @@ macro_rules! read_number {
                 3 => concat!("three ", $whats, ", each"),
                 _ => concat!("four ", $whats, ", each"),
             };
+            const IS_WHOLE: bool = $whole;
             fn from_node(node: &Node) -> Option<Self> {
                 let Value::Array(items) = &node.value else { return None };
                 let numbers: Option<Vec<$type>> = items.iter().map(<$type>::from_node).collect();
@@ -87,20 +101,21 @@ macro_rules! read_number {
 
 // A number too large for f32 becomes infinite and is refused for that; a whole number that does not fit is refused
 // by its type.
-read_number!(f32, "a number,", "numbers", Value::Float(x) => Some(x as f32), Value::Integer(x) => Some(x as f32));
-read_number!(f64, "a number,", "numbers", Value::Float(x) => Some(x), Value::Integer(x) => Some(x as f64));
-read_number!(u32, "a whole number,", "whole numbers", Value::Integer(x) => x.try_into().ok());
-read_number!(u64, "a whole number,", "whole numbers", Value::Integer(x) => x.try_into().ok());
+read_number!(f32, false, "a number,", "numbers", Value::Float(x) => Some(x as f32), Value::Integer(x) => Some(x as f32));
+read_number!(f64, false, "a number,", "numbers", Value::Float(x) => Some(x), Value::Integer(x) => Some(x as f64));
+read_number!(u32, true, "a whole number,", "whole numbers", Value::Integer(x) => x.try_into().ok());
+read_number!(u64, true, "a whole number,", "whole numbers", Value::Integer(x) => x.try_into().ok());
 
 /// The scene being read and what is wrong with it so far.
 pub(super) struct Reader<'a> {
     sources: Sources<'a>,
     problems: RefCell<Vec<(At, Problem)>>,
+    parameters: RefCell<Vec<Parameter>>,
 }
 
 impl<'a> Reader<'a> {
     pub(super) fn new(sources: Sources<'a>) -> Self {
-        Self { sources, problems: RefCell::default() }
+        Self { sources, problems: RefCell::default(), parameters: RefCell::default() }
     }
 
     /// The tree's root as a table.
@@ -113,11 +128,12 @@ impl<'a> Reader<'a> {
         self.problems.borrow().is_empty()
     }
 
-    /// Every problem found, in the order of the texts.
-    pub(super) fn finish(self) -> Vec<Problem> {
+    /// Every problem found, in the order of the texts, and every key that was asked for.
+    pub(super) fn finish(self) -> (Vec<Problem>, Vec<Parameter>) {
         let mut problems = self.problems.into_inner();
         problems.sort_by_key(|(at, _)| (at.source, at.start));
-        problems.into_iter().map(|(_, problem)| problem).collect()
+        let problems = problems.into_iter().map(|(_, problem)| problem).collect();
+        (problems, self.parameters.into_inner())
     }
 
     fn note(&self, at: At, key: &str, kind: ProblemKind, message: String) {
@@ -181,8 +197,21 @@ impl<'r> Table<'r> {
         self.note(at, key, kind, message);
     }
 
+    /// Lists what a key takes, and what it has.
+    fn list_as(&mut self, key: &'static str, takes: Takes) {
+        let path = self.path_of(key);
+        let mut parameters = self.reader.parameters.borrow_mut();
+        if parameters.iter().all(|it| it.path != path) {
+            let Value::Table(entries) = &self.node.value else { return };
+            let node = entries.iter().find(|entry| entry.key == key).map(|entry| &entry.node);
+            parameters.push(Parameter { path, takes, given: node.and_then(|node| Given::of(&node.value)) });
+        }
+    }
+
     /// A number or numbers, if the key is there.
     pub(super) fn maybe<T: Read>(&mut self, key: &'static str, rule: Rule) -> Option<T> {
+        let (count, is_whole) = (T::default().numbers().count(), T::IS_WHOLE);
+        self.list_as(key, Takes::Numbers { count, is_whole, range: rule.range() });
         let node = self.get(key)?;
         Some(self.read(node, key, rule))
     }
@@ -249,6 +278,7 @@ impl<'r> Table<'r> {
         allowed: &str,
         rule: impl Fn(&str) -> bool,
     ) -> Option<&'r str> {
+        self.list_as(key, Takes::Text);
         let node = self.get(key)?;
         match &node.value {
             Value::Text(text) if rule(text) => return Some(text),
@@ -258,8 +288,42 @@ impl<'r> Table<'r> {
         None
     }
 
+    /// An array of texts that `rule` allows, if the key is there.
+    pub(super) fn texts(
+        &mut self,
+        key: &'static str,
+        allowed: &str,
+        rule: impl Fn(&str) -> bool,
+    ) -> Option<Vec<String>> {
+        let node = self.get(key)?;
+        let Value::Array(items) = &node.value else {
+            self.refuse(node, key, ProblemKind::WrongType, format_args!("a list of {allowed}"));
+            return Some(Vec::new());
+        };
+        let mut texts = Vec::new();
+        for (i, item) in items.iter().enumerate() {
+            match &item.value {
+                Value::Text(text) if rule(text) => texts.push(text.clone()),
+                Value::Text(_) => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::OutOfRange,
+                    format_args!("{allowed}"),
+                ),
+                _ => self.refuse(
+                    item,
+                    &format!("{key}.{i}"),
+                    ProblemKind::WrongType,
+                    format_args!("{allowed}"),
+                ),
+            }
+        }
+        Some(texts)
+    }
+
     /// One of `choices`, if the key is there.
     pub(super) fn choice<T: Copy>(&mut self, key: &'static str, choices: &[(&str, T)]) -> Option<T> {
+        self.list_as(key, Takes::OneOf(choices.iter().map(|(name, _)| (*name).to_owned()).collect()));
         let names = quoted(choices.iter().map(|(name, _)| *name));
         let text = self.text(key, &names, |text| choices.iter().any(|(name, _)| *name == text))?;
         choices.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice)
@@ -267,6 +331,7 @@ impl<'r> Table<'r> {
 
     /// One of `choices`, whole numbers, if the key is there.
     pub(super) fn choice_of(&mut self, key: &'static str, choices: &[u32]) -> Option<u32> {
+        self.list_as(key, Takes::OneOfNumbers(choices.to_vec()));
         let node = self.get(key)?;
         let found = u32::from_node(node).filter(|found| choices.contains(found));
         if found.is_none() {
@@ -280,6 +345,7 @@ impl<'r> Table<'r> {
 
     /// `true` or `false`, if the key is there.
     pub(super) fn flag(&mut self, key: &'static str) -> Option<bool> {
+        self.list_as(key, Takes::Flag);
         let node = self.get(key)?;
         if let Value::Flag(flag) = node.value {
             return Some(flag);

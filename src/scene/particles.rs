@@ -2,6 +2,7 @@
 //! `[[emitter]]` and `[[attractor]]`: what throws particles, and what pulls them.
 
 use super::{
+    colliding::{self, CollidingScene},
     parse::{
         Rule::{AtLeastZero, Finite, Within},
         Table,
@@ -107,6 +108,11 @@ pub struct LawScene {
     pub far_m: f32,
     /// How much a sprite covers, 0..=1, default 0: it only adds light.
     pub alpha: f32,
+    /// How much of the sun balls mirror, 0..=1, default 0.4.
+    pub mirrors: f32,
+    /// What only `colliding` has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colliding: Option<CollidingScene>,
 }
 
 /// Pulls the particles of every `black_hole`.
@@ -138,10 +144,12 @@ pub enum Draw {
     Geometry,
     /// A compute shader, for sprites of a few pixels.
     Splat,
+    /// Balls in the light, with shadows.
+    Balls,
 }
 
 const NAMES: &str = "1 to 64 of A-Z a-z 0-9 _ -, not digits only";
-const LAWS: [&str; 2] = ["black_hole", "drag"];
+const LAWS: [&str; 3] = ["black_hole", "drag", "colliding"];
 
 fn is_glsl(file: &str) -> bool {
     file.ends_with(".glsl")
@@ -198,12 +206,30 @@ fn emitter(
     let rates = if is_law { Within(0.0, particles::Emitter::MOST_PER_S) } else { Within(lowest, highest) };
     // A clock of 32 bits turns once in 18 hours, and a life is less than half of that.
     let lives = if is_law { Within(1e-3, 30_000.0) } else { Within(1e-3, Emission::LONGEST_S) };
+    let is_population =
+        matches!(&throws, Throws::Law(law) if law.colliding.as_ref().is_some_and(|it| it.population > 0));
     let (rate_per_s, life_s) = match is_law {
+        true if is_population => {
+            for key in ["rate_per_s", "life_s"] {
+                if table.has(key) {
+                    table.conflict(key, "is given beside population, of whom none is born and none ends");
+                }
+            }
+            (Some(0.0), Some(30_000.0))
+        }
         true => (Some(table.number("rate_per_s", rates)), Some(table.number("life_s", lives))),
         false => (table.maybe("rate_per_s", rates), table.maybe("life_s", lives)),
     };
-    let draws = [("quads", Draw::Quads), ("geometry", Draw::Geometry), ("splat", Draw::Splat)];
-    let draw = table.choice("draw", &draws).unwrap_or(Draw::Quads);
+    let all = [
+        ("quads", Draw::Quads),
+        ("geometry", Draw::Geometry),
+        ("splat", Draw::Splat),
+        ("balls", Draw::Balls),
+    ];
+    // A closed form has no radius.
+    let draws = if is_law { &all[..] } else { &all[..3] };
+    let collides = matches!(&throws, Throws::Law(law) if law.colliding.is_some());
+    let draw = table.choice("draw", draws).unwrap_or(if collides { Draw::Balls } else { Draw::Quads });
     let is_png = |file: &str| file.ends_with(".png");
     let texture = table.text("texture", "a .png file", is_png).map(str::to_owned);
     let soft = table.choice("soft", &[("yes", true), ("no", false)]).unwrap_or(false);
@@ -213,6 +239,13 @@ fn emitter(
         }
         if soft {
             table.conflict("soft", "is for draw \"quads\" or \"geometry\"; a splat is too small to fade");
+        }
+    }
+    if draw == Draw::Balls {
+        for key in ["texture", "soft"] {
+            if table.has(key) {
+                table.conflict(key, "is for sprites, and this emitter draws balls");
+            }
         }
     }
     let light = table.maybe("light", Within(0.0, 1e6));
@@ -271,10 +304,10 @@ fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
 }
 
 /// Most particles of a pool: 7 GB of them, twice.
-const MOST_PARTICLES: u64 = 1 << 28;
+pub(super) const MOST_PARTICLES: u64 = 1 << 28;
 
 fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene {
-    let [is_hole, is_drag] = LAWS.map(|law| law == file);
+    let [is_hole, is_drag, is_colliding] = LAWS.map(|law| law == file);
     let color = table.maybe("color", Within(0.0, 1e6)).unwrap_or([0.1, 0.1, 0.1]);
     let mut law = LawScene {
         file: file.to_owned(),
@@ -294,8 +327,19 @@ fn law(table: &mut Table<'_>, file: &str, attractors: &[Attractor]) -> LawScene 
         far_color: table.maybe("far_color", Within(0.0, 1e6)).unwrap_or(color),
         far_m: table.maybe("far_m", LENGTH).unwrap_or(100.0),
         alpha: table.maybe("alpha", Within(0.0, 1.0)).unwrap_or(0.0),
+        mirrors: table.maybe("mirrors", Within(0.0, 1.0)).unwrap_or(0.4),
+        colliding: None,
     };
-    if is_hole {
+    if is_colliding {
+        if law.dt_s.is_some() {
+            table.conflict("dt_s", "is that of [volume] for all that collides");
+        }
+        let colliding = colliding::colliding(table, &law);
+        if !table.has("half_m") {
+            law.half_m = colliding.radius_m;
+        }
+        law.colliding = Some(colliding);
+    } else if is_hole {
         let named = particles::black_hole::Integrator::ALL.map(|it| (it.name(), it.name()));
         law.integrator = table.choice("integrator", &named).map(str::to_owned);
         law.substeps = table.maybe("substeps", Within(1.0, 1024.0));
@@ -353,6 +397,9 @@ fn attractor(mut table: Table<'_>) -> Attractor {
 impl LawScene {
     /// Particles that live at once.
     pub(super) fn wanted(&self, emitter: &EmitterScene) -> u64 {
+        if let Some(colliding) = self.colliding.as_ref().filter(|it| it.population > 0) {
+            return colliding.population.into();
+        }
         let most = emitter.rate_per_s.unwrap_or(0.0) * emitter.life_s.unwrap_or(0.0);
         // A burst, and the births of a step, may be there before the oldest have gone.
         most.ceil() as u64 + 64 + (emitter.rate_per_s.unwrap_or(0.0) / 15.0) as u64
@@ -360,6 +407,14 @@ impl LawScene {
 }
 
 impl EmitterScene {
+    /// What its law has, if that is `colliding`.
+    pub fn colliding(&self) -> Option<&CollidingScene> {
+        match &self.throws {
+            Throws::Law(law) => law.colliding.as_ref(),
+            Throws::Effect(_) => None,
+        }
+    }
+
     /// `effect` with the numbers that the scene gives.
     pub(super) fn changed(&self, scene: &EffectScene, mut effect: ballistic::Effect) -> ballistic::Effect {
         fn set<T: Copy>(to: &mut T, from: Option<T>) {

@@ -3,11 +3,14 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, emit, works, EmitterPlan, Heightmap, Model, Scene, SceneError, Simulation,
-    View, WaterScene,
+    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
+    PaintPlan, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
 };
-use crate::{draw::TerrainGrid, water};
-use glam::{uvec2, Vec2};
+use crate::{
+    draw::{shadow::Shadow, TerrainGrid},
+    water,
+};
+use glam::{uvec2, Vec2, Vec3};
 use serde::Serialize;
 
 /// A buffer or an image, and who pays for it.
@@ -49,6 +52,12 @@ pub struct Plan {
     pub waters: Vec<WaterPlan>,
     /// What throws particles.
     pub emitters: Vec<EmitterPlan>,
+    /// What particles collide with and paint.
+    pub meshes: Vec<MeshPlan>,
+    /// The cells that they meet it in.
+    pub volume: Option<VolumePlan>,
+    /// What they leave on it.
+    pub paint: Option<PaintPlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
     /// Whether the scene has a heightmap.
@@ -62,6 +71,9 @@ pub struct Plan {
     /// Passes of a picture, in order, with how often each runs.
     pub passes: Vec<(String, f64)>,
 }
+
+/// Texels along the map of shadows.
+pub(crate) const SHADOW_SIDE: u32 = 2048;
 
 /// Most disturbances of one pass; what is more goes into further passes of the same step.
 pub const DISTURBANCES: u32 = 256;
@@ -146,9 +158,16 @@ impl Scene {
             }
         };
         works::raise_walls(&self.water, &mut terrain);
+        let meshes = self.plan_meshes()?;
+        let volume = self.plan_volume(&meshes);
+        let emitters = self.plan_emitters(volume.as_ref())?;
+        let paint = self.plan_paint(&solid_first(&meshes), &emitters, &mut warnings)?;
         let mut plan = Plan {
             waters,
-            emitters: self.plan_emitters()?,
+            emitters,
+            meshes,
+            volume,
+            paint,
             terrain,
             has_terrain,
             has_spheres: self.disks.iter().any(|it| it.space == crate::disks::Space::Solid),
@@ -160,6 +179,11 @@ impl Scene {
         plan.list_passes(self);
         Ok(plan)
     }
+}
+
+fn solid_first(meshes: &[MeshPlan]) -> Vec<&MeshPlan> {
+    let of = |painted: bool| meshes.iter().filter(move |it| it.solid && (it.map > 0) == painted);
+    of(true).chain(of(false)).collect()
 }
 
 impl Plan {
@@ -225,7 +249,7 @@ impl Plan {
                 add("water.bodies", bytes, format!("{because}.body"));
             }
         }
-        if scene.output.view == View::Shaded && self.has_ground() {
+        if scene.output.view != View::Wireframe && self.has_ground() {
             let samples = self.terrain.height_m.len() as u64;
             let ground = if self.has_terrain { "terrain" } else { "water without terrain: a flat bed" };
             add("draw.terrain_m", 4 * samples, ground.into());
@@ -237,9 +261,21 @@ impl Plan {
         for emitter in &self.emitters {
             emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
         }
+        self.meshes.iter().for_each(|mesh| mesh.list_buffers(&mut list));
+        if let Some(volume) = &self.volume {
+            volume.list_buffers(self.paint.as_ref(), &mut list);
+        }
         let mut add = |name: &str, bytes: u64, because: String| {
             list.push(PlannedBuffer { name: name.into(), bytes, because });
         };
+        if self.has_shadow() {
+            let side = u64::from(SHADOW_SIDE);
+            add(
+                "draw.shadow (depth, its copy, a colour unused)",
+                Shadow::BYTES_A_TEXEL * side * side,
+                "mesh".into(),
+            );
+        }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
         add("draw.samples (4 a pixel, where the device has them)", 4 * 8 * pixels, size.into());
@@ -250,6 +286,44 @@ impl Plan {
         add("draw.views (of the host)", size_of::<crate::draw::View>() as u64, size.into());
         add("draw.grid", crate::draw::Grid::BYTES, size.into());
         self.buffers = list;
+    }
+
+    /// Meshes that particles meet, those that are painted first: triangles are counted in this order.
+    pub fn solid(&self) -> Vec<&MeshPlan> {
+        solid_first(&self.meshes)
+    }
+
+    /// Whether what is solid casts shadows: meshes and balls.
+    pub fn has_shadow(&self) -> bool {
+        !self.meshes.is_empty() || self.emitters.iter().any(|it| it.draw == Draw::Balls)
+    }
+
+    /// Least and greatest corner of where things happen (m): the volume, or else all meshes.
+    pub fn lit_m(&self) -> (Vec3, Vec3) {
+        if let Some(volume) = &self.volume {
+            return (volume.scene.low_m.into(), volume.scene.high_m());
+        }
+        let boxes = self.meshes.iter().map(|mesh| mesh.bounds_m(0.0));
+        boxes.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))).unwrap_or((-Vec3::ONE, Vec3::ONE))
+    }
+
+    /// Of meshes, cells, impacts and paint, and of the shadow.
+    fn list_room_passes(&mut self, scene: &Scene) {
+        let often = self.volume.as_ref().map_or(1.0, |volume| 1.0 / (scene.output.fps * volume.dt_s));
+        if self.meshes.iter().any(MeshPlan::moves) {
+            self.passes.push(("mesh.pose (of what moves)".into(), often));
+        }
+        if let Some(volume) = &self.volume {
+            self.passes.push((format!("volume.{} (of what moves)", volume.scene.variant.name()), often));
+        }
+        if scene.paint.is_some() {
+            self.passes.push(("paint.place, .blocks (of what moves)".into(), often));
+            self.passes
+                .push(("impact.close, .locate; paint.mark, .bits, .drops, .sift, .sifted".into(), often));
+        }
+        if self.has_shadow() {
+            self.passes.push(("draw.shadow".into(), 1.0));
+        }
     }
 
     fn list_passes(&mut self, scene: &Scene) {
@@ -274,15 +348,17 @@ impl Plan {
         for disks in &scene.disks {
             disks.list_passes(scene, &mut self.passes);
         }
+        self.list_room_passes(scene);
         for emitter in &self.emitters {
             emitter.list_steps(scene.output.fps, &mut self.passes);
         }
         let surface = match (self.has_ground(), scene.output.view) {
+            (false, _) if !self.meshes.is_empty() => "meshes",
             (false, _) => "nothing but particles",
             (_, View::Wireframe) => "water.wire",
             _ => "sky, terrain, water.surface",
         };
-        if scene.output.view == View::Shaded && self.has_ground() {
+        if scene.output.view != View::Wireframe && self.has_ground() {
             self.passes.push(("draw.light (with the first picture)".into(), 0.0));
         }
         self.passes.push((format!("draw.scene ({surface})"), 1.0));

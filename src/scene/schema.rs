@@ -7,13 +7,16 @@ use super::{
     builtin, disks,
     error::ProblemKind,
     heightmap::{self, Format},
+    meshes,
     node::Sources,
+    paint,
+    parameter::Parameter,
     parse::{
         Reader, Rule,
         Rule::{AtLeastZero, Within},
         Table,
     },
-    particles, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
+    particles, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
     WaterScene,
 };
 
@@ -26,8 +29,11 @@ pub(super) fn scene(
     file_name: &str,
     base_dir: Option<&Path>,
     overrides: &[Override],
-) -> Result<Scene, SceneError> {
-    let (sources, root) = Sources::read(text, file_name, overrides).map_err(SceneError::Invalid)?;
+) -> (Result<Scene, SceneError>, Vec<Parameter>) {
+    let (sources, root) = match Sources::read(text, file_name, overrides) {
+        Ok(read) => read,
+        Err(problems) => return (Err(SceneError::Invalid(problems)), Vec::new()),
+    };
     let reader = Reader::new(sources);
     let mut table = reader.root(&root);
 
@@ -44,12 +50,19 @@ pub(super) fn scene(
     let attractors = particles::attractors(&mut table);
     let emitters = particles::emitters(&mut table, &attractors, terrain.is_some() || !water.is_empty());
     let disks = disks::disks(&mut table);
+    let meshes = meshes::meshes(&mut table);
+    let volume = table.table("volume").map(volume::volume);
+    let paint = table.table("paint").map(paint::paint);
+    volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters, output.view);
     // A water that could not be read has been reported already.
-    let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty();
-    let tables = ["terrain", "water", "emitter", "disks"];
+    let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty() && meshes.is_empty();
+    let tables = ["terrain", "water", "emitter", "disks", "mesh"];
     let is_blank = !tables.into_iter().any(|key| table.has(key));
     if is_empty && (is_blank || !table.has("terrain") && reader.is_clean()) {
-        table.conflict("", "nothing to see: a scene has [terrain], [[water]], [[emitter]] or [[disks]]");
+        table.conflict(
+            "",
+            "nothing to see: a scene has [terrain], [[water]], [[emitter]], [[disks]] or [[mesh]]",
+        );
     }
     let camera_table = table.table("camera");
     let mut scene = Scene {
@@ -63,17 +76,17 @@ pub(super) fn scene(
         emitters,
         attractors,
         disks,
+        meshes,
+        volume,
+        paint,
         base_dir: base_dir.map(Path::to_owned),
     };
     scene.camera = camera_table.map(|table| camera(table, scene.camera()));
     table.finish();
 
-    let problems = reader.finish();
-    if problems.is_empty() {
-        Ok(scene)
-    } else {
-        Err(SceneError::Invalid(problems))
-    }
+    let (problems, parameters) = reader.finish();
+    let read = if problems.is_empty() { Ok(scene) } else { Err(SceneError::Invalid(problems)) };
+    (read, parameters)
 }
 
 fn output(mut table: Table<'_>) -> Output {
@@ -82,9 +95,7 @@ fn output(mut table: Table<'_>) -> Output {
         size: table.maybe("size", Within(16.0, 8192.0)).unwrap_or(default.size),
         fps: table.maybe("fps", Within(1.0, 1000.0)).unwrap_or(default.fps),
         frames: table.maybe("frames", Within(1.0, 1e6)).unwrap_or(default.frames),
-        view: table
-            .choice("view", &[("shaded", View::Shaded), ("wireframe", View::Wireframe)])
-            .unwrap_or(default.view),
+        view: table.choice("view", &View::ALL).unwrap_or(default.view),
     };
     table.finish();
     output

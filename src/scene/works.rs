@@ -295,14 +295,21 @@ impl WaterScene {
         self.bodies.iter().map(body).collect()
     }
 
-    /// Makes the columns under walls land: those between the rounded edges of a wall, at least one each way.
-    pub(super) fn build_walls(&self, height_m: &mut [f32]) {
-        let cells = UVec2::from(self.cells);
-        for wall in &self.barriers {
+    /// The columns under each wall, from and up to: those between its rounded edges, at least one each way.
+    pub(super) fn walled_columns(&self) -> impl Iterator<Item = [UVec2; 2]> + '_ {
+        let cells = UVec2::from(self.cells).as_vec2();
+        self.barriers.iter().map(move |wall| {
             let (lo, hi) = wall.corners();
-            let column = |at: Vec2| ((at / Vec2::from(self.size_m) + 0.5) * cells.as_vec2()).round();
-            let from = column(lo).clamp(Vec2::ZERO, cells.as_vec2());
-            let to = column(hi).max(from + 1.0).clamp(Vec2::ZERO, cells.as_vec2());
+            let column = |at: Vec2| ((at / Vec2::from(self.size_m) + 0.5) * cells).round();
+            let from = column(lo).clamp(Vec2::ZERO, cells);
+            let to = column(hi).max(from + 1.0).clamp(Vec2::ZERO, cells);
+            [from.as_uvec2(), to.as_uvec2()]
+        })
+    }
+
+    /// Makes the columns under walls land.
+    pub(super) fn build_walls(&self, height_m: &mut [f32]) {
+        for [from, to] in self.walled_columns() {
             let (from, to) = (from.as_usizevec2(), to.as_usizevec2());
             for row in height_m.chunks_exact_mut(self.cells[0] as usize).take(to.y).skip(from.y) {
                 row[from.x..to.x].fill(water::LAND_M);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is measured: [`hard`] cases, the [`bench`](mod@bench), and the studies of speed against error.
 
+pub mod arena;
 pub mod ballistic;
 pub mod bench;
 pub mod black_hole;
 pub mod depths;
 pub mod disks;
 pub mod hard;
+pub mod host_cells;
 pub mod linear;
 pub mod nonlinear;
 pub mod occupancy;
@@ -15,6 +17,7 @@ pub mod pipelines;
 pub mod plot;
 pub mod runs;
 pub mod shapes;
+pub mod volume;
 
 use crate::{
     gpu::{self, Gpu},
@@ -43,6 +46,12 @@ pub enum Error {
     /// A box of disks'.
     #[error(transparent)]
     Disks(#[from] crate::disks::Error),
+    /// A canvas's.
+    #[error(transparent)]
+    Paint(#[from] crate::paint::Error),
+    /// Of the meshes of a scene.
+    #[error(transparent)]
+    Meshes(#[from] crate::mesh::MeshesError),
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -112,7 +121,7 @@ pub struct Found {
 /// # Errors
 /// [`Error::NoSuch`], or the device's.
 pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>) -> Result<Study> {
-    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME];
+    let have = [linear::NAME, nonlinear::NAME, black_hole::NAME, ballistic::NAME, disks::NAME, volume::NAME];
     for name in names {
         if !have.iter().any(|it| it.contains(name.as_str())) {
             let have = have.map(String::from).to_vec();
@@ -141,6 +150,9 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
     }
     if is_wanted(disks::NAME) {
         studies.extend(disks::study(gpu, quick, progress)?);
+    }
+    if is_wanted(volume::NAME) {
+        studies.extend(take(volume::study(gpu, quick, progress)?));
     }
     Ok(Study {
         device: gpu.name().into(),

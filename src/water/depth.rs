@@ -6,8 +6,11 @@
 //! level of the water at rest, the rise is that of the surface; where it is above, the rise is the depth. Volumes are
 //! sums of rises, and no offset of heights costs a digit.
 
-use super::{check_heights, planes, Error, Invalid, Surface, Tuning, LAND_M};
-use crate::gpu::{Access, Bound, Buffer, Gpu, Recorder, Residence, Result};
+use super::{check_cells, check_heights, planes, Error, Invalid, Surface, Tuning, LAND_M};
+use crate::{
+    check::{hold, positive},
+    gpu::{Access, Bound, Buffer, Gpu, Recorder, Residence, Result},
+};
 use glam::UVec2;
 use std::{f64::consts::FRAC_1_SQRT_2, ffi::CStr};
 
@@ -117,42 +120,27 @@ impl DepthModel {
     /// # Errors
     /// The first parameter that is out of range.
     pub fn check(&self, tier: Tier) -> Result<(), Invalid> {
-        let within = |key, value: f64, fits: bool, allowed: &str| {
-            let allowed = allowed.into();
-            (fits && value.is_finite()).then_some(()).ok_or(Invalid {
-                key,
-                value: value.to_string(),
-                allowed,
-            })
-        };
-        let positive = |key, value: f64| within(key, value, value > 0.0, "a finite number above 0");
-        let most = super::Model::MOST_CELLS;
-        if self.cells.min_element() == 0 || self.cells.max_element() > most {
-            let allowed = format!("1 to {most} along each axis");
-            return Err(Invalid { key: "cells", value: format!("{}", self.cells), allowed });
-        }
+        check_cells(self.cells)?;
         positive("cell_m", self.cell_m)?;
         positive("gravity_mps2", self.gravity_mps2)?;
         positive("deepest_m", self.deepest_m)?;
-        within("fastest_mps", self.fastest_mps, self.fastest_mps >= 0.0, "a finite number from 0")?;
-        within(
+        let is_speed = self.fastest_mps.is_finite() && self.fastest_mps >= 0.0;
+        hold(is_speed, "fastest_mps", self.fastest_mps, "a finite number from 0")?;
+        hold(
+            (0.0..=1e6).contains(&self.damping_per_s),
             "damping_per_s",
             self.damping_per_s,
-            (0.0..=1e6).contains(&self.damping_per_s),
             "0 to 1e6 (1/s)",
         )?;
-        within("thin_m", self.thin_m, (0.0..=1.0).contains(&self.thin_m), "0 to 1 (m)")?;
+        hold((0.0..=1.0).contains(&self.thin_m), "thin_m", self.thin_m, "0 to 1 (m)")?;
         positive("dt_s", self.dt_s)?;
         let limit = self.longest_stable_s(tier);
         // A step computed as exactly the limit may come out above it by rounding.
-        if self.dt_s > limit * (1.0 + 1e-12) {
-            let allowed = format!(
-                "at most {limit:.6} s, the longest step of {} m cells, water {} m deep and currents of {} m/s",
-                self.cell_m, self.deepest_m, self.fastest_mps
-            );
-            return Err(Invalid { key: "dt_s", value: self.dt_s.to_string(), allowed });
-        }
-        Ok(())
+        let allowed = format!(
+            "at most {limit:.6} s, the longest step of {} m cells, water {} m deep and currents of {} m/s",
+            self.cell_m, self.deepest_m, self.fastest_mps
+        );
+        hold(self.dt_s <= limit * (1.0 + 1e-12), "dt_s", self.dt_s, allowed)
     }
 
     /// Push constants of a dry step, for a state with `pitch` columns from row to row.

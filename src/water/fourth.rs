@@ -8,6 +8,7 @@
 
 use super::{Invalid, Model, Tuning, Walls, WavesState};
 use crate::{
+    check::hold,
     gpu::{Access, Gpu, Kernel, KernelInfo, Recorder, Result},
     shaders,
 };
@@ -56,15 +57,10 @@ impl Model {
     /// The first parameter that is out of range.
     pub fn check_fourth_order(&self) -> Result<(), Invalid> {
         self.check_below(self.fourth_order_limit() * self.cell_m / self.speed_mps)?;
-        if self.diagonal != 0.25 {
-            let allowed = "0.25: no other stencil has the same error in all directions".into();
-            return Err(Invalid { key: "diagonal", value: self.diagonal.to_string(), allowed });
-        }
-        if self.walls != Walls::Folded {
-            let allowed = "Folded: other walls are first order".into();
-            return Err(Invalid { key: "walls", value: format!("{:?}", self.walls), allowed });
-        }
-        Ok(())
+        let allowed = "0.25: no other stencil has the same error in all directions";
+        hold(self.diagonal == 0.25, "diagonal", self.diagonal, allowed)?;
+        let walls = format!("{:?}", self.walls);
+        hold(self.walls == Walls::Folded, "walls", walls, "Folded: other walls are first order")
     }
 
     pub(super) fn fourth_order_sharpen(&self) -> f64 {

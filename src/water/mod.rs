@@ -74,9 +74,12 @@ pub use shallow::Shallow;
 pub use waves::{Tuning, Waves, WavesState};
 pub use wet::Wet;
 
-use crate::gpu::{self, Buffer};
+pub use crate::check::Invalid;
+use crate::{
+    check::{hold, positive},
+    gpu::{self, Buffer},
+};
 use glam::UVec2;
-use std::fmt;
 
 /// Height of a column that is land, bit for bit: `LAND_M` in `glsl/water/land.glsl`.
 pub const LAND_M: f32 = -1.0e30;
@@ -108,25 +111,6 @@ pub struct Model {
     /// Step (s), at most [`Model::longest_stable_s`].
     pub dt_s: f64,
 }
-
-/// A parameter out of its range: which, what it is, what is allowed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Invalid {
-    /// Name of the field, as in [`Model`] and in scene files.
-    pub key: &'static str,
-    /// Its value.
-    pub value: String,
-    /// What is allowed.
-    pub allowed: String,
-}
-
-impl fmt::Display for Invalid {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}: allowed is {}", self.key, self.value, self.allowed)
-    }
-}
-
-impl std::error::Error for Invalid {}
 
 /// Push constants of the water kernels: `WaterParams` in `glsl/water/water.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -182,40 +166,25 @@ impl Model {
 
     /// [`Model::check`] with another longest stable step (s).
     fn check_below(&self, limit: f64) -> Result<(), Invalid> {
-        let positive = |key, value: f64| {
-            let fits = value.is_finite() && value > 0.0;
-            let allowed = "a finite number above 0".into();
-            fits.then_some(()).ok_or(Invalid { key, value: value.to_string(), allowed })
-        };
-        if self.cells.min_element() == 0 || self.cells.max_element() > Self::MOST_CELLS {
-            let allowed = format!("1 to {} along each axis", Self::MOST_CELLS);
-            return Err(Invalid { key: "cells", value: format!("{}", self.cells), allowed });
-        }
+        check_cells(self.cells)?;
         positive("cell_m", self.cell_m)?;
         positive("speed_mps", self.speed_mps)?;
         positive("dt_s", self.dt_s)?;
-        if !(0.0..=1e6).contains(&self.damping_per_s) {
-            let allowed = "0 to 1e6 (1/s)".into();
-            return Err(Invalid { key: "damping_per_s", value: self.damping_per_s.to_string(), allowed });
-        }
-        if !(0.0..=1.0).contains(&self.diagonal) {
-            let allowed = "0 to 1".into();
-            return Err(Invalid { key: "diagonal", value: self.diagonal.to_string(), allowed });
-        }
-        if !(self.pull() as f32).is_normal() {
-            let (value, allowed) =
-                (self.cell_m.to_string(), "a size that waves can cross in an f32 of steps".into());
-            return Err(Invalid { key: "cell_m", value, allowed });
-        }
+        hold(
+            (0.0..=1e6).contains(&self.damping_per_s),
+            "damping_per_s",
+            self.damping_per_s,
+            "0 to 1e6 (1/s)",
+        )?;
+        hold((0.0..=1.0).contains(&self.diagonal), "diagonal", self.diagonal, "0 to 1")?;
+        let is_crossed = (self.pull() as f32).is_normal();
+        hold(is_crossed, "cell_m", self.cell_m, "a size that waves can cross in an f32 of steps")?;
         // A step computed as exactly the limit may come out above it by rounding.
-        if self.dt_s > limit * (1.0 + 1e-12) {
-            let allowed = format!(
-                "at most {limit:.6} s, the longest stable step of {} m cells and waves of {:.4} m/s",
-                self.cell_m, self.speed_mps
-            );
-            return Err(Invalid { key: "dt_s", value: self.dt_s.to_string(), allowed });
-        }
-        Ok(())
+        let allowed = format!(
+            "at most {limit:.6} s, the longest stable step of {} m cells and waves of {:.4} m/s",
+            self.cell_m, self.speed_mps
+        );
+        hold(self.dt_s <= limit * (1.0 + 1e-12), "dt_s", self.dt_s, allowed)
     }
 
     /// `c^2 dt / (dx^2 (1 + 2 w)) exp(gamma dt / 2)` (1/s). The last factor undoes half of the damping that a step does
@@ -269,6 +238,12 @@ pub enum Error {
     /// The device's.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
+}
+
+fn check_cells(cells: UVec2) -> Result<(), Invalid> {
+    let most = Model::MOST_CELLS;
+    let fits = cells.min_element() > 0 && cells.max_element() <= most;
+    hold(fits, "cells", cells, format!("1 to {most} along each axis"))
 }
 
 /// Refuses numbers that would spread through a basin: one a column, finite, and not absurd.

@@ -4,7 +4,7 @@
 use std::mem::{offset_of, size_of};
 use whitecap::{
     gpu::reflect::{reflect, Struct},
-    particles::{Drag, EmitterState, EmitterWords, PoolState, StepParams},
+    particles::{colliding::NearParams, Colliding, Drag, EmitterState, EmitterWords, PoolState, StepParams},
     shaders,
 };
 
@@ -113,4 +113,54 @@ fn structs_of_particles() {
     let offsets: Vec<_> = law.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
     assert_eq!(offsets, [("pull_x", 0), ("pull_y", 4), ("pull_z", 8), ("drag_per_s", 12)]);
     assert_eq!((offset_of!(Drag, drag_per_s), size_of::<Drag>()), (12, law.bytes));
+}
+
+#[test]
+fn structs_of_the_colliding_law() {
+    let law = structs(shaders::PARTICLES_COLLIDING_COMP, "CollidingLaw");
+    let offset = |name: &str| law.members.iter().find(|m| m.name == name).unwrap().offset;
+    let want = [
+        ("grid", offset_of!(Colliding, grid)),
+        ("gravity_x_mps2", offset_of!(Colliding, gravity_mps2)),
+        ("gravity_y_mps2", offset_of!(Colliding, gravity_mps2) + 4),
+        ("gravity_z_mps2", offset_of!(Colliding, gravity_mps2) + 8),
+        ("radius_m", offset_of!(Colliding, radius_m)),
+        ("restitution", offset_of!(Colliding, restitution)),
+        ("friction", offset_of!(Colliding, friction)),
+        ("slack_m", offset_of!(Colliding, slack_m)),
+        ("reach", offset_of!(Colliding, reach)),
+        ("surface_mps", offset_of!(Colliding, surface_mps)),
+        ("lead_s", offset_of!(Colliding, lead_s)),
+        ("source", offset_of!(Colliding, source)),
+        ("sources", offset_of!(Colliding, sources)),
+        ("respawns", offset_of!(Colliding, respawns)),
+        ("floor_m", offset_of!(Colliding, floor_m)),
+        ("emitter_x_m", offset_of!(Colliding, emitter_m)),
+        ("emitter_y_m", offset_of!(Colliding, emitter_m) + 4),
+        ("emitter_z_m", offset_of!(Colliding, emitter_m) + 8),
+        ("emitter_radius_m", offset_of!(Colliding, emitter_radius_m)),
+        ("seed", offset_of!(Colliding, seed)),
+    ];
+    assert_eq!(law.members.len(), want.len());
+    for (name, at) in want {
+        assert_eq!(offset(name), at, "{name}");
+    }
+    assert_eq!(law.bytes, size_of::<Colliding>());
+    assert_layout!(
+        shaders::PARTICLES_NEAR_COMP,
+        "NearParams" == NearWords { cells_x, cells_y, cells_z, reach, cell_m }
+    );
+    assert_eq!(size_of::<NearParams>(), size_of::<NearWords>());
+    assert_eq!(offset_of!(NearParams, reach), offset_of!(NearWords, reach));
+}
+
+/// [`NearParams`] with the names of the shader.
+#[allow(dead_code)]
+#[repr(C)]
+struct NearWords {
+    cells_x: u32,
+    cells_y: u32,
+    cells_z: u32,
+    reach: u32,
+    cell_m: f32,
 }

@@ -3,6 +3,7 @@
 #![allow(missing_docs)]
 
 mod black_hole;
+mod colliding;
 #[path = "../common/mod.rs"]
 mod common;
 mod kepler;

@@ -5,7 +5,8 @@
 use super::{Measured, Suite};
 use crate::{
     ballistic::{
-        cpu, stored::Particle, Builtin, Effect, GroundGrid, Moment, StoredEffect, StreamedEffect, Vertex,
+        cpu, stored::Particle, Builtin, Effect, GroundGrid, Materialise, Moment, StoredEffect,
+        StreamedEffect, Vertex,
     },
     gpu::{Access, Gpu, Recorder},
     shaders,
@@ -19,7 +20,13 @@ use glam::Vec3;
 /// Its rows.
 pub const SUITE: Suite = Suite {
     sim: "ballistic",
-    variants: &["stateless/materialise", "stored/append", "stored/xfb"],
+    variants: &[
+        "stateless/materialise",
+        "stateless/materialise/x1",
+        "stateless/materialise/x4",
+        "stored/append",
+        "stored/xfb",
+    ],
     sizes: &[1 << 20, 1 << 24, 1 << 26],
     largest_on_cpu: 1 << 20,
     label: |size| size.to_string(),
@@ -33,6 +40,12 @@ pub const SUITE: Suite = Suite {
         Ok(Measured { timing, items: f64::from(size), unit: "particle", bytes_per_item })
     },
 };
+
+/// The kernel of fire that a variant names: `x4` has four particles an invocation.
+fn materialise(gpu: &Gpu, variant: &str) -> Result<Materialise> {
+    let items = variant.split('/').find_map(|option| option.strip_prefix('x')?.parse().ok());
+    Ok(Builtin::Fire.materialise_by(gpu, items.unwrap_or(Materialise::ITEMS))?)
+}
 
 const SEED: u32 = 5;
 const FPS: u32 = 60;
@@ -102,7 +115,7 @@ fn from_twin(gpu: &Gpu, variant: &str) -> Result<f64> {
     let want: Vec<Vec3> =
         (0..params.births).filter_map(|i| Some(cpu::flight(Builtin::Fire, &params, None, i)?.at_m)).collect();
     let got: Vec<Vec3> = if variant.starts_with("stateless") {
-        let vertices = Builtin::Fire.materialise(gpu)?.vertices(params.births, None)?;
+        let vertices = materialise(gpu, variant)?.vertices(params.births, None)?;
         gpu.once(|rec| {
             vertices.record_params(rec, &params);
         })?;
@@ -133,7 +146,7 @@ fn from_twin(gpu: &Gpu, variant: &str) -> Result<f64> {
 pub(in crate::study) fn time(gpu: &Gpu, variant: &str, effect: &Effect, effort: Effort) -> Result<Timing> {
     let mut frame = FIRST;
     if variant.starts_with("stateless") {
-        let vertices = Builtin::Fire.materialise(gpu)?.vertices(effect.most_particles() as u32, None)?;
+        let vertices = materialise(gpu, variant)?.vertices(effect.most_particles() as u32, None)?;
         return runs::time(gpu, effort, |rec| {
             vertices.record(rec, effect, Moment::of_frame(frame, FPS), SEED, 0, &GroundGrid::FLAT);
             rec.barrier(Access::ComputeWrite, Access::ComputeWrite);

@@ -4,10 +4,13 @@
 
 pub mod ballistic;
 pub mod black_hole;
+mod colliding;
 pub mod disks;
 pub mod draw;
+pub mod paint;
 pub mod particles;
 pub mod prims;
+pub mod volume;
 pub mod water;
 
 use super::{
@@ -65,6 +68,9 @@ const SUITES: &[Suite] = &[
     ballistic::SUITE,
     draw::SUITE,
     disks::SUITE,
+    volume::SUITE,
+    paint::SUITE,
+    colliding::SUITE,
     prims::SUITE,
 ];
 
@@ -167,6 +173,7 @@ fn reason_to_skip(error: Error) -> Result<String> {
         Error::Water(crate::water::Error::Gpu(error))
         | Error::Particles(crate::particles::Error::Gpu(error))
         | Error::Disks(crate::disks::Error::Gpu(error))
+        | Error::Paint(crate::paint::Error::Gpu(error))
         | Error::Gpu(error)
             if does_not_fit(&error) || matches!(error, crate::gpu::Error::Interface { .. }) =>
         {
@@ -180,8 +187,10 @@ fn reason_to_skip(error: Error) -> Result<String> {
 }
 
 fn does_not_fit(error: &crate::gpu::Error) -> bool {
-    matches!(error, crate::gpu::Error::Limit { .. } | crate::gpu::Error::Memory { .. })
-        || error.is_out_of_memory()
+    matches!(
+        error,
+        crate::gpu::Error::Limit { .. } | crate::gpu::Error::Memory { .. } | crate::gpu::Error::Lacks { .. }
+    ) || error.is_out_of_memory()
 }
 
 struct Row<'a> {

@@ -8,7 +8,6 @@ use crate::{
         cpu, Compaction, Drag, Emitter, Layout, Options, Particle, Particles, Pool, PoolInfo, Step, Thrown,
         Tuning, TICKS_PER_S,
     },
-    random,
     study::{runs, Error, Result},
 };
 use glam::{vec3, Vec3};
@@ -18,15 +17,23 @@ pub const SUITE: Suite = Suite {
     sim: "particles",
     variants: &[
         "stable",
+        "stable/256x4",
+        "stable/512x2",
         "stable/direct",
         "stable/packed",
+        "stable/packed/256x4",
+        "stable/packed/512x2",
         "group",
+        "group/256x4",
+        "group/512x2",
         "group/packed",
+        "group/packed/512x2",
         "group/records",
         "subgroup",
         "atomic",
         "atomic/records",
         "in-place",
+        "in-place/256x4",
         "in-place/packed",
         "ring",
     ],
@@ -83,27 +90,35 @@ fn emitter(rate_per_s: f64) -> Emitter {
     Emitter { at_m: Vec3::Y, velocity_mps: Vec3::ZERO, speed_mps: 5.0, rate_per_s, thrown: Thrown::Singly }
 }
 
-/// A pool of `size` particles of all ages, with as many births as there are ends.
+/// A pool of `size` particles of all ages at tick 0, with as many births as there are ends. It is filled as any pool is: by
+/// a life of births, in steps of a second.
 pub(in crate::study) fn crowd(gpu: &Gpu, options: Options, size: u32) -> Result<Pool> {
     let tile = options.tuning.tile();
     let emitters = [emitter(f64::from(size) / LIFE_S)];
+    let start = 0u32.wrapping_sub(LIFE_S as u32 * TICKS_PER_S);
     let info = PoolInfo {
         capacity: (size + size / 100 + 2 * tile).next_multiple_of(tile),
         life_s: LIFE_S,
         seed: 1,
-        start: 0,
+        start,
         emitters: &emitters,
         law: bytemuck::bytes_of(&DRAG),
     };
     let mut pool = Particles::new(gpu, &Drag::LAW, options)?.pool(&info)?;
-    // Oldest first, as a pool that keeps its order has them.
-    let life = LIFE_S * f64::from(TICKS_PER_S);
-    let particle = |i: u32| {
-        let [x, y, z, w] = random::units(random::bits(1, 1, i, 0)).map(|u| 10.0 * u - 5.0);
-        let age = (life - 1.0 - f64::from(i) / f64::from(size) * (life - 2.0)) as u32;
-        Particle { at_m: vec3(x, y, z), velocity_mps: vec3(y, z, w), born: 0u32.wrapping_sub(age) }
-    };
-    pool.upload(&(0..size).map(particle).collect::<Vec<_>>())?;
+    for second in 0..LIFE_S as u32 {
+        let from = start.wrapping_add(second * TICKS_PER_S);
+        gpu.once(|rec| {
+            pool.record(rec, &Step::between(from, from.wrapping_add(TICKS_PER_S)));
+            rec.barrier(Particles::EXIT, Particles::ENTRY);
+        })?;
+    }
+    // The oldest have gone: those of the first tick, and as a packed birth is rounded down, of the first 2^-6 s.
+    let early_s = if options.layout == Layout::Packed { 1.0 / 64.0 } else { 1.0 / f64::from(TICKS_PER_S) };
+    let allowed = 1.0 + early_s * emitters[0].rate_per_s;
+    let apart = (pool.counts()?.alive() as f64 - f64::from(size)).abs();
+    if apart > allowed {
+        return Err(Error::Wrong { variant: "crowd".into(), apart, allowed });
+    }
     Ok(pool)
 }
 

@@ -17,7 +17,7 @@ use crate::{
 };
 use glam::{dvec3, DVec3};
 
-const FATES: &[&str] = &["leapfrog/x64", "rk4/x32", "kepler", "kepler-stateless"];
+const FATES: &[&str] = &["leapfrog/x64", "rk4/x32", "logh/x256", "kepler", "kepler-stateless"];
 
 /// The table.
 pub const CASES: &[Case] = &[
@@ -56,7 +56,7 @@ pub const CASES: &[Case] = &[
     Case {
         id: "B4",
         title: "an orbit of eccentricity 0.99 is where it ought to be after 10 turns",
-        variants: &["kepler", "kepler-stateless"],
+        variants: &["logh/x64", "kepler", "kepler-stateless"],
         unit: "of the semi-major axis",
         limit: 1e-3,
         run: eccentric,

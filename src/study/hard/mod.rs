@@ -7,6 +7,7 @@ pub mod black_hole;
 pub mod disks;
 pub mod particles;
 pub mod system;
+pub mod volume;
 pub mod water;
 
 use super::{
@@ -139,6 +140,7 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
         black_hole::CASES,
         ballistic::CASES,
         disks::CASES,
+        volume::CASES,
         system::CASES,
     ]
     .into_iter()

@@ -1,0 +1,75 @@
+// A grid of cubic cells in the world, each with up to two planes of the scene's surface: what `volume` writes and others
+// collide with. Twin and host side: `cells`.
+//
+//     index of a cell       x + cells_x (y + cells_y z)
+//     Occupied              one bit a cell: the only flag that says whether its planes mean anything
+//     Planes                two a cell, 2 i and 2 i + 1; the second is there if its `triangle` is not 0
+//
+// Outside the grid everything is empty. A point of the world is in one cell, which `cell_of` says: for whoever stores and
+// for whoever looks up. Before the include, CELLS_OCCUPIED and CELLS_PLANES may name the bindings of the two buffers, to be
+// read here.
+
+// Mirrors `cells::Grid`.
+struct Grid {
+    float low_x_m, low_y_m, low_z_m;  // least corner
+    float cell_m;                     // side of a cell
+    uint cells_x, cells_y, cells_z;
+    uint mesh_triangles;              // of all meshes
+};
+
+// Mirrors `cells::Plane`.
+struct Plane {
+    vec3 normal;        // unit
+    float distance_m;   // of the cell's centre from the plane, along the normal
+    vec3 velocity_mps;  // of the surface, at its point nearest to the centre
+    uint triangle;      // of all meshes, plus 1; 0: no plane
+};
+
+vec3 grid_low_m(Grid grid) { return vec3(grid.low_x_m, grid.low_y_m, grid.low_z_m); }
+ivec3 grid_cells(Grid grid) { return ivec3(grid.cells_x, grid.cells_y, grid.cells_z); }
+
+// A place in the world, in cells from the least corner.
+vec3 cell_place(Grid grid, vec3 at_m) {
+    precise vec3 place = (at_m - grid_low_m(grid)) / grid.cell_m;
+    return place;
+}
+
+// The cell that a place is in; what is outside the grid, or no number, is in none that `in_grid` knows.
+ivec3 cell_of(Grid grid, vec3 at_m) {
+    vec3 place = cell_place(grid, at_m);
+    if (any(isnan(place))) return ivec3(-1);
+    return ivec3(clamp(floor(place), vec3(-1.0), vec3(grid_cells(grid))));
+}
+
+bool in_grid(Grid grid, ivec3 cell) {
+    return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, grid_cells(grid)));
+}
+
+// Of a cell in the grid.
+uint cell_index(Grid grid, ivec3 cell) {
+    return uint(cell.x) + grid.cells_x * (uint(cell.y) + grid.cells_y * uint(cell.z));
+}
+
+vec3 cell_centre_m(Grid grid, ivec3 cell) {
+    precise vec3 centre_m = grid_low_m(grid) + (vec3(cell) + 0.5) * grid.cell_m;
+    return centre_m;
+}
+
+// Signed, of a point in the plane's cell (m).
+float plane_distance_m(Plane plane, vec3 at_m, vec3 centre_m) {
+    precise float distance_m = dot(plane.normal, at_m - centre_m) + plane.distance_m;
+    return distance_m;
+}
+
+#ifdef CELLS_OCCUPIED
+layout(set = 0, binding = CELLS_OCCUPIED, std430) readonly buffer Occupied { uint occupied[]; };
+
+bool is_occupied(uint cell) { return (occupied[cell >> 5u] >> (cell & 31u) & 1u) != 0u; }
+#endif
+
+#ifdef CELLS_PLANES
+layout(set = 0, binding = CELLS_PLANES, std430) readonly buffer Planes { Plane planes[]; };
+
+// Of an occupied cell: the one nearest to its centre, which is always there, and the other (`slot` 1).
+Plane plane_of(uint cell, uint slot) { return planes[2u * cell + slot]; }
+#endif

@@ -1,0 +1,221 @@
+// Flight in a scene that lies as planes in cells. Between impacts a particle is on a parabola, and so is its distance from a
+// plane that moves evenly:
+//     x(t) = x + v t + g t^2 / 2,   d(t) = n.(x(t) - c) + d - n.u t
+// so the time of an impact, d(t) = R, is a root of a quadratic: energy is kept, whatever the step. There
+//     v' = v - (1 + e) min(0, (v - u).n) n,   and friction takes at most mu (1 + e) |(v - u).n| of what slides
+// with u the velocity of the surface. The rest of the step goes on, up to eight impacts. Who has come to rest on a plane is
+// held there: in `held_pull` gravity and friction act along it.
+// CPU twin: particles::cpu_colliding.
+#include "particles/particle.glsl"
+#define LAW_DEFERS
+#define CELLS_OCCUPIED 7
+#define CELLS_PLANES 8
+#include "cells/cells.glsl"
+#include "particles/cell_bits.glsl"
+#define IMPACTS_BINDING 10
+#define IMPACT_COUNT_BINDING 11
+#define IMPACT_PRODUCER
+#include "impact/impact.glsl"
+#include "common/random.glsl"
+
+// Mirrors `particles::Colliding`.
+struct CollidingLaw {
+    Grid grid;
+    float gravity_x_mps2;
+    float gravity_y_mps2;
+    float gravity_z_mps2;
+    float radius_m;       // of a particle
+    float restitution;    // e, 0 to 1
+    float friction;       // mu, 0 or more
+    float slack_m;        // how deep a particle may lie in a plane before that counts
+    uint reach;           // cells within which `near` has looked
+    float surface_mps;    // no surface is faster
+    float lead_s;         // by how much the cells are ahead of the start of the step
+    uint source;          // what impacts say
+    uint sources;         // particles take turns: `source`, `source` + 1, ...
+    uint respawns;        // 1: below the floor a particle begins anew
+    float floor_m;
+    float emitter_x_m;    // where it does: as far as the radius from here, at rest
+    float emitter_y_m;
+    float emitter_z_m;
+    float emitter_radius_m;
+    uint seed;            // of the directions
+};
+
+layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { CollidingLaw law; };
+layout(set = 0, binding = 9, std430) readonly buffer Near { uint near[]; };
+
+const uint METHOD_SEED = 0u;      // look up the cell it is in, push out and reflect
+const uint METHOD_APPROACH = 1u;  // the same, unless it is leaving
+const uint METHOD_SUBSTEPS = 2u;  // the same, no step longer than a cell
+const uint METHOD_ONE = 3u;       // sweep, first plane of a cell
+const uint METHOD_TWO = 4u;       // sweep, both
+layout(constant_id = LAW_CONSTANT) const uint method = METHOD_TWO;
+
+uint law_tick();
+uint law_slot();
+
+uint source_now() { return law.source + (law.sources > 1u ? law_slot() % law.sources : 0u); }
+
+#include "particles/collide_sweep.glsl"
+#include "particles/collide_seed.glsl"
+
+const uint MOST_IMPACTS = 8u;
+const uint MOST_LEGS = 16u;
+
+// Planes that a particle rests or slides on in this step.
+struct Held {
+    uint count;
+    vec3 normals[3];
+    vec3 velocities_mps[3];
+};
+
+// Part of the velocity along the surface that friction leaves, where `press` is the change of velocity into it.
+float kept_of(float slide, float press) {
+    precise float most = law.friction * press;
+    if (!(slide > most)) return 0.0;
+    precise float kept = (slide - most) / slide;
+    return kept;
+}
+
+// Gravity as those on the held planes feel it: with it, the velocity after `left_s` is what is left of gravity's once the
+// planes have taken what goes into them, and friction what it can of the rest.
+vec3 held_pull(Held held, vec3 velocity_mps, vec3 gravity_mps2, float left_s) {
+    precise vec3 end = velocity_mps + gravity_mps2 * left_s;
+    uint rounds = held.count > 1u ? 4u : 1u;
+    for (uint round = 0u; round < rounds; ++round) {
+        for (uint i = 0u; i < held.count; ++i) {
+            vec3 n = held.normals[i], u = held.velocities_mps[i];
+            precise float leaving = dotted(velocity_mps - u, n);
+            precise float pressing = dotted(end - u, n);
+            precise float little = 0.01 * abs(dotted(gravity_mps2, n)) * left_s;
+            if (pressing >= 0.0 || leaving > little) continue;
+            precise vec3 slide = end - u - n * pressing;
+            float kept = kept_of(sqrt(dotted(slide, slide)), -pressing);
+            end = u + slide * kept;
+        }
+    }
+    precise vec3 pull = (end - velocity_mps) / left_s;
+    return pull;
+}
+
+// The place of an impact is rounded, always to the same side for the same plane: without more, each bounce would win or lose
+// a little. What the speed into the plane lacks, so that it is that of a fall by what the particle has really come down.
+float rounding(float w, float a, float after_s, float rise_m) {
+    precise float square = w * w + 2.0 * a * rise_m;
+    precise float speed = w + a * after_s;
+    if (!(speed < 0.0) || !(square > 0.0)) return 0.0;
+    precise float lacks = -sqrt(square) - speed;
+    return lacks;
+}
+
+void collide(inout Particle it, float dt_s) {
+    vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
+    vec3 at = it.at_m, velocity = it.velocity_mps, pull = gravity, push = vec3(0.0);
+    float left_s = dt_s;
+    uint impacts = 0u;
+    Held held;
+    held.count = 0u;
+    bool stops = false;
+    for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
+        stops = leg == MOST_LEGS - 1u;
+        vec3 deep = vec3(0.0);
+        precise float elapsed = (dt_s - left_s) - law.lead_s;
+        precise vec3 moving = velocity + push;
+        Hit hit = first_hit(at, moving, pull, left_s, elapsed, leg == 0u, deep);
+        if (leg == 0u && deep != vec3(0.0)) {
+            // In a plane from the start: out of it within this step, but not by more than half a radius.
+            float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));
+            precise vec3 out_of = deep * (min(most / deepest, 1.0) / left_s);
+            push = out_of;
+            continue;
+        }
+        if (!hit.is_any) break;
+        vec3 n = hit.normal, u = hit.velocity_mps;
+        vec3 from = at;
+        at = moved(at, moving, pull, hit.after_s);
+        precise vec3 then = velocity + pull * hit.after_s;
+        precise vec3 sinking = moving - u;
+        precise vec3 moves = at - from;
+        precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
+        precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(pull, n), hit.after_s, rise);
+        velocity = made_good;
+        precise float after = left_s - hit.after_s;
+        left_s = max(after, 0.0);
+        precise float pushing = dotted(push, n);
+        if (pushing < 0.0) {
+            precise vec3 kept = push - n * pushing;
+            push = kept;
+        }
+        precise vec3 seen = velocity - u;
+        precise float approach = dotted(seen, n);
+        bool is_slow = true;
+        if (approach < 0.0) {
+            // Who would be back within two steps stays; what gravity gives in half a step is no impact.
+            precise float step = abs(dotted(gravity, n)) * dt_s;
+            precise float rebound = -approach * law.restitution;
+            is_slow = rebound <= step * (law.restitution < 1.0 ? 1.0 : 1.0e-3);
+            bool rests = is_slow && -approach <= 0.5 * step;
+            if (!rests && impacts == MOST_IMPACTS) { stops = true; break; }
+            precise float press = -approach * (is_slow ? 1.0 : 1.0 + law.restitution);
+            precise vec3 slide = seen - n * approach;
+            float kept = kept_of(sqrt(dotted(slide, slide)), press);
+            precise vec3 after_it = u + slide * kept + n * (approach + press);
+            velocity = after_it;
+            if (!rests) {
+                precise vec3 touch = at - n * hit.distance_m;
+                append_impact(touch, n, seen, press, hit.triangle, law_slot() * 8u + impacts, source_now());
+                ++impacts;
+            }
+        }
+        if (is_slow && held.count < 3u) {
+            held.normals[held.count] = n;
+            held.velocities_mps[held.count] = u;
+            ++held.count;
+        }
+        if (left_s == 0.0) { stops = true; break; }
+        pull = held.count > 0u ? held_pull(held, velocity, gravity, left_s) : gravity;
+    }
+    if (stops) {
+        it.at_m = at;
+        it.velocity_mps = velocity;
+        return;
+    }
+    precise vec3 moving = velocity + push;
+    precise vec3 end = velocity + pull * left_s;
+    it.at_m = moved(at, moving, pull, left_s);
+    it.velocity_mps = end;
+}
+
+// Begins anew, somewhere round the emitter, at rest.
+void respawn(inout Particle it) {
+    vec3 way = direction_of(random_units(random_bits(law.seed, law_slot(), law_tick(), 0u)).xy);
+    precise vec3 at = vec3(law.emitter_x_m, law.emitter_y_m, law.emitter_z_m) + way * law.emitter_radius_m;
+    it.at_m = at;
+    it.velocity_mps = vec3(0.0);
+    it.born = law_tick();
+}
+
+// Moves who has nothing in reach, and those of the seed's methods; false: `advance` must do it.
+bool advance_at_once(inout Particle it, float dt_s) {
+    if (dt_s > 0.0) {
+        if (method >= METHOD_ONE) {
+            vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
+            if (!flies_freely(it.at_m, it.velocity_mps, gravity, dt_s)) return false;
+            vec3 velocity = it.velocity_mps;
+            precise vec3 end = velocity + gravity * dt_s;
+            it.at_m = moved(it.at_m, velocity, gravity, dt_s);
+            it.velocity_mps = end;
+        } else {
+            step_as_seed(it, dt_s);
+        }
+    }
+    if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
+    return true;
+}
+
+bool advance(inout Particle it, float dt_s) {
+    collide(it, dt_s);
+    if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
+    return true;
+}

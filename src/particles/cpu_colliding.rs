@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Twin of `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl` and `near.comp`.
+
+use super::{
+    colliding::{Colliding, Method},
+    Particle,
+};
+use crate::{
+    cells::{Grid, Plane},
+    impact::{Impact, NO_MESH},
+    random,
+};
+use glam::{IVec3, UVec3, Vec3};
+
+const NEVER_S: f32 = 3.0e38;
+const MOST_PIECES: f32 = 4096.0;
+const RIM: f32 = 1.0e-3;
+const ALIKE: f32 = 0.985;
+const MOST_IMPACTS: u32 = 8;
+const MOST_LEGS: u32 = 16;
+
+/// The scene on the host.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    /// A bit a cell.
+    pub occupied: &'a [u32],
+    /// Two a cell.
+    pub planes: &'a [Plane],
+    /// Two bits a cell, of [`near`].
+    pub near: &'a [u32],
+}
+
+/// Twin of the law: numbers, method, scene, and whom it moves when.
+#[derive(Clone, Copy, Debug)]
+pub struct Law<'a> {
+    /// Numbers.
+    pub law: &'a Colliding,
+    /// How.
+    pub method: Method,
+    /// Where.
+    pub scene: Scene<'a>,
+    /// `law_tick()`.
+    pub tick: u32,
+}
+
+#[derive(Clone, Copy)]
+struct Hit {
+    is_any: bool,
+    after_s: f32,
+    distance_m: f32,
+    normal: Vec3,
+    velocity_mps: Vec3,
+    triangle: u32,
+}
+
+/// A parabola, and when in the step it begins.
+#[derive(Clone, Copy)]
+struct Leg {
+    at_m: Vec3,
+    velocity_mps: Vec3,
+    pull_mps2: Vec3,
+    elapsed_s: f32,
+}
+
+/// Twin of `near.comp`.
+pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
+    let mut bits = vec![0u32; 2 * occupied.len()];
+    let most = UVec3::from(grid.cells).as_ivec3() - 1;
+    for i in 0..grid.count() {
+        let cell = grid.cell(i);
+        let (from, to) = ((cell - reach as i32).max(IVec3::ZERO), (cell + reach as i32).min(most));
+        let is_near = (from.z..=to.z).any(|z| {
+            (from.y..=to.y).any(|y| {
+                let first = grid.index(IVec3::new(from.x, y, z)).expect("in the grid");
+                (first..=first + (to.x - from.x) as usize).any(|j| bit(occupied, j))
+            })
+        });
+        bits[i / 32] |= u32::from(is_near) << (i % 32);
+        let is_crowded = || {
+            let (one, two) = (planes[2 * i], planes[2 * i + 1]);
+            let lacks = |face: usize| {
+                let beside = grid.index(beside(cell, face)).filter(|j| bit(occupied, *j));
+                beside.is_some_and(|j| {
+                    let is = |lent: &Plane| is_missing(lent, &one, &two, face, grid.cell_m);
+                    is(&planes[2 * j]) || (planes[2 * j + 1].triangle != 0 && is(&planes[2 * j + 1]))
+                })
+            };
+            two.triangle != 0 && (0..6).any(lacks)
+        };
+        bits[occupied.len() + i / 32] |= u32::from(bit(occupied, i) && is_crowded()) << (i % 32);
+    }
+    bits
+}
+
+fn beside(cell: IVec3, face: usize) -> IVec3 {
+    let mut beside = cell;
+    beside[face >> 1] += if face & 1 == 0 { -1 } else { 1 };
+    beside
+}
+
+fn is_missing(lent: &Plane, one: &Plane, two: &Plane, face: usize, cell_m: f32) -> bool {
+    let [x, y, z] = lent.normal.map(f32::abs);
+    let away = lent.distance_m + lent.normal[face >> 1] * if face & 1 == 0 { cell_m } else { -cell_m };
+    !is_alike(lent, one) && !is_alike(lent, two) && away.abs() <= ((x + y) + z) * (0.501 * cell_m)
+}
+
+fn bit(words: &[u32], i: usize) -> bool {
+    words[i / 32] >> (i % 32) & 1 != 0
+}
+
+fn dotted(a: Vec3, b: Vec3) -> f32 {
+    (a.x * b.x + a.y * b.y) + a.z * b.z
+}
+
+fn moved(at: Vec3, velocity: Vec3, pull: Vec3, after: f32) -> Vec3 {
+    at + (velocity * after + pull * (0.5 * after * after))
+}
+
+fn fall_s(c: f32, w: f32, a: f32) -> f32 {
+    let square = w * w - 2.0 * a * c;
+    if w < 0.0 {
+        if c <= 0.0 {
+            return 0.0;
+        }
+        if square < 0.0 {
+            return NEVER_S;
+        }
+        return 2.0 * c / (square.sqrt() - w);
+    }
+    if a < 0.0 {
+        (w + square.max(0.0).sqrt()) / -a
+    } else {
+        NEVER_S
+    }
+}
+
+fn rounding(w: f32, a: f32, after: f32, rise: f32) -> f32 {
+    let square = w * w + 2.0 * a * rise;
+    let speed = w + a * after;
+    if speed < 0.0 && square > 0.0 {
+        -square.sqrt() - speed
+    } else {
+        0.0
+    }
+}
+
+fn farthest(velocity: Vec3, pull: Vec3, left: f32) -> Vec3 {
+    velocity.abs() * left + pull.abs() * (0.5 * left * left)
+}
+
+fn is_alike(one: &Plane, other: &Plane) -> bool {
+    dotted(one.normal.into(), other.normal.into()).abs() > ALIKE
+}
+
+impl Law<'_> {
+    /// Twin of `advance`. Impacts are added to `impacts`.
+    pub fn advance(&self, it: &mut Particle, dt_s: f32, slot: u32, impacts: &mut Vec<Impact>) -> bool {
+        let law = self.law;
+        if dt_s > 0.0 {
+            match self.method {
+                Method::OnePlane | Method::TwoPlanes => self.collide(it, dt_s, slot, impacts),
+                _ => self.step_as_seed(it, dt_s, slot, impacts),
+            }
+        }
+        let is_above = it.at_m.y >= law.floor_m;
+        if law.respawns != 0 && !is_above {
+            let [u, v, ..] = random::units(random::bits(law.seed, slot, self.tick, 0));
+            it.at_m = law.emitter_m + random::direction_of([u, v]) * law.emitter_radius_m;
+            it.velocity_mps = Vec3::ZERO;
+            it.born = self.tick;
+        }
+        true
+    }
+
+    fn plane(&self, cell: usize, slot: usize) -> Plane {
+        self.scene.planes[2 * cell + slot]
+    }
+
+    fn padding_m(&self, left: f32, elapsed: f32) -> f32 {
+        let law = self.law;
+        ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * (left + elapsed.abs())
+    }
+
+    fn flies_freely(&self, at: Vec3, velocity: Vec3, pull: Vec3, dt: f32) -> bool {
+        let law = self.law;
+        let most = farthest(velocity, pull, dt).max_element() + self.padding_m(dt, law.lead_s);
+        let cell = law.grid.index(law.grid.cell_of(at));
+        cell.is_some_and(|i| most <= law.reach as f32 * law.grid.cell_m && !bit(self.scene.near, i))
+    }
+
+    fn is_in_cell(&self, from_centre: Vec3) -> bool {
+        from_centre.abs().max_element() <= (0.5 + RIM) * self.law.grid.cell_m
+    }
+
+    fn meet(
+        &self,
+        leg: &Leg,
+        plane: &Plane,
+        centre: Vec3,
+        window: Vec3,
+        hit: &mut Hit,
+        deep: Option<&mut Vec3>,
+    ) {
+        let (normal, u) = (Vec3::from(plane.normal), Vec3::from(plane.velocity_mps));
+        let from_centre = leg.at_m - (centre + u * leg.elapsed_s);
+        let along = dotted(normal, from_centre) + plane.distance_m;
+        let n = if along < 0.0 { -normal } else { normal };
+        let (d, radius, slack) = (along.abs(), self.law.radius_m, self.law.slack_m);
+        let seen = leg.velocity_mps - u;
+        let (w, a) = (dotted(n, seen), dotted(n, leg.pull_mps2));
+        let from_window = leg.at_m - (window + u * leg.elapsed_s);
+        let shallow = radius - slack;
+        if let Some(deep) = deep {
+            let more = (radius - d) - dotted(*deep, n);
+            if d < shallow && more > 0.0 && self.is_in_cell(from_window - n * d) {
+                *deep += n * more;
+            }
+        }
+        let mut until = hit.after_s;
+        if a > 0.0 && w < 0.0 {
+            until = until.min(-w / a);
+        }
+        let after = |t: f32| d + (w * t + a * (0.5 * t * t));
+        if after(until) >= if d < shallow { d - 0.1 * slack } else { shallow } {
+            return;
+        }
+        for level in 0..3 {
+            let mut time = fall_s(d - radius * (1.0 - 0.5 * level as f32), w, a);
+            if time >= hit.after_s || time.is_nan() {
+                return;
+            }
+            let mut then = after(time);
+            let foot = (from_window + (seen * time + leg.pull_mps2 * (0.5 * time * time))) - n * then;
+            if !self.is_in_cell(foot) {
+                continue;
+            }
+            if level == 2 {
+                time = time.min(fall_s(d - slack.min(d), w, a));
+                then = after(time);
+            }
+            *hit = Hit {
+                is_any: true,
+                after_s: time,
+                distance_m: then,
+                normal: n,
+                velocity_mps: u,
+                triangle: plane.triangle,
+            };
+            return;
+        }
+    }
+
+    fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
+        let grid = &self.law.grid;
+        let i = grid.index(cell).expect("in the grid");
+        let centre = grid.centre_m(cell);
+        let one = self.plane(i, 0);
+        self.meet(leg, &one, centre, centre, hit, deep.as_deref_mut());
+        let two = self.plane(i, 1);
+        if self.method != Method::TwoPlanes || two.triangle == 0 {
+            return;
+        }
+        self.meet(leg, &two, centre, centre, hit, deep.as_deref_mut());
+        if !bit(&self.scene.near[self.scene.occupied.len()..], i) {
+            return;
+        }
+        for face in 0..6 {
+            let beside = beside(cell, face);
+            let Some(j) = grid.index(beside).filter(|j| bit(self.scene.occupied, *j)) else { continue };
+            for slot in 0..2 {
+                let lent = self.plane(j, slot);
+                if slot == 1 && lent.triangle == 0 {
+                    break;
+                }
+                if is_missing(&lent, &one, &two, face, grid.cell_m) {
+                    self.meet(leg, &lent, grid.centre_m(beside), centre, hit, deep.as_deref_mut());
+                }
+            }
+        }
+    }
+
+    fn first_hit(&self, leg: &Leg, left: f32, mut deep: Option<&mut Vec3>) -> Hit {
+        let grid = &self.law.grid;
+        let (velocity_mps, normal) = (Vec3::ZERO, Vec3::ZERO);
+        let mut hit =
+            Hit { is_any: false, after_s: left, distance_m: 0.0, normal, velocity_mps, triangle: 0 };
+        let cells = farthest(leg.velocity_mps, leg.pull_mps2, left).max_element() / grid.cell_m;
+        if cells >= NEVER_S || cells.is_nan() {
+            return hit;
+        }
+        let pieces = cells.ceil().clamp(1.0, MOST_PIECES);
+        let piece_s = left / pieces;
+        let pad = Vec3::splat(self.padding_m(left, leg.elapsed_s))
+            + leg.pull_mps2.abs() * (0.125 * piece_s * piece_s);
+        let most = UVec3::from(grid.cells).as_vec3();
+        let mut to = leg.at_m;
+        for piece in 0..pieces as u32 {
+            if hit.after_s <= piece_s * piece as f32 {
+                break;
+            }
+            let from = to;
+            to = moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, piece_s * (piece + 1) as f32);
+            let (low, high) = (from.min(to) - pad, from.max(to) + pad);
+            let first = grid.place(low).floor().clamp(Vec3::ZERO, most).as_ivec3();
+            let last = grid.place(high).floor().clamp(Vec3::NEG_ONE, most - 1.0).as_ivec3();
+            for z in first.z..=last.z {
+                for y in first.y..=last.y {
+                    for x in first.x..=last.x {
+                        let cell = IVec3::new(x, y, z);
+                        if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
+                            self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
+                        }
+                    }
+                }
+            }
+        }
+        hit
+    }
+
+    fn kept_of(&self, slide: f32, press: f32) -> f32 {
+        let most = self.law.friction * press;
+        if slide > most {
+            (slide - most) / slide
+        } else {
+            0.0
+        }
+    }
+
+    fn held_pull(&self, held: &[(Vec3, Vec3)], velocity: Vec3, left: f32) -> Vec3 {
+        let gravity = self.law.gravity_mps2;
+        let mut end = velocity + gravity * left;
+        for _ in 0..if held.len() > 1 { 4 } else { 1 } {
+            for &(n, u) in held {
+                let (leaving, pressing) = (dotted(velocity - u, n), dotted(end - u, n));
+                if pressing >= 0.0 || leaving > 0.01 * dotted(gravity, n).abs() * left {
+                    continue;
+                }
+                let slide = end - u - n * pressing;
+                end = u + slide * self.kept_of(dotted(slide, slide).sqrt(), -pressing);
+            }
+        }
+        (end - velocity) / left
+    }
+
+    /// Twin of `collide`.
+    fn collide(&self, it: &mut Particle, dt: f32, slot: u32, impacts: &mut Vec<Impact>) {
+        let law = self.law;
+        let gravity = law.gravity_mps2;
+        let (mut at, mut velocity, mut pull, mut push) = (it.at_m, it.velocity_mps, gravity, Vec3::ZERO);
+        let mut left = dt;
+        if !self.flies_freely(at, velocity, gravity, dt) {
+            let mut count = 0;
+            let mut held: Vec<(Vec3, Vec3)> = Vec::with_capacity(3);
+            let mut stops = false;
+            for number in 0..MOST_LEGS {
+                stops = number == MOST_LEGS - 1;
+                let mut deep = Vec3::ZERO;
+                let elapsed_s = (dt - left) - law.lead_s;
+                let moving = velocity + push;
+                let leg = Leg { at_m: at, velocity_mps: moving, pull_mps2: pull, elapsed_s };
+                let hit = self.first_hit(&leg, left, (number == 0).then_some(&mut deep));
+                if number == 0 && deep != Vec3::ZERO {
+                    let (most, deepest) = (0.5 * law.radius_m, dotted(deep, deep).sqrt());
+                    push = deep * ((most / deepest).min(1.0) / left);
+                    continue;
+                }
+                if !hit.is_any {
+                    break;
+                }
+                let (n, u) = (hit.normal, hit.velocity_mps);
+                let from = at;
+                at = moved(at, moving, pull, hit.after_s);
+                let rise = dotted(at - from, n) - dotted(u, n) * hit.after_s;
+                velocity = (velocity + pull * hit.after_s)
+                    + n * rounding(dotted(moving - u, n), dotted(pull, n), hit.after_s, rise);
+                left = (left - hit.after_s).max(0.0);
+                let pushing = dotted(push, n);
+                if pushing < 0.0 {
+                    push -= n * pushing;
+                }
+                let seen = velocity - u;
+                let approach = dotted(seen, n);
+                let mut is_slow = true;
+                if approach < 0.0 {
+                    let step = dotted(gravity, n).abs() * dt;
+                    let rebound = -approach * law.restitution;
+                    is_slow = rebound <= step * if law.restitution < 1.0 { 1.0 } else { 1.0e-3 };
+                    let rests = is_slow && -approach <= 0.5 * step;
+                    if !rests && count == MOST_IMPACTS {
+                        stops = true;
+                        break;
+                    }
+                    let press = -approach * if is_slow { 1.0 } else { 1.0 + law.restitution };
+                    let slide = seen - n * approach;
+                    let kept = self.kept_of(dotted(slide, slide).sqrt(), press);
+                    velocity = u + slide * kept + n * (approach + press);
+                    if !rests {
+                        impacts.push(Impact {
+                            at_m: at - n * hit.distance_m,
+                            order: slot.wrapping_mul(8) + count,
+                            normal: n,
+                            impulse_mps: press,
+                            velocity_mps: seen,
+                            triangle: hit.triangle,
+                            mesh: NO_MESH,
+                            source: self.source(slot),
+                            ..Impact::default()
+                        });
+                        count += 1;
+                    }
+                }
+                if is_slow && held.len() < 3 {
+                    held.push((n, u));
+                }
+                if left == 0.0 {
+                    stops = true;
+                    break;
+                }
+                pull = if held.is_empty() { gravity } else { self.held_pull(&held, velocity, left) };
+            }
+            if stops {
+                (it.at_m, it.velocity_mps) = (at, velocity);
+                return;
+            }
+        }
+        it.at_m = moved(at, velocity + push, pull, left);
+        it.velocity_mps = velocity + pull * left;
+    }
+
+    fn source(&self, slot: u32) -> u32 {
+        self.law.source + if self.law.sources > 1 { slot % self.law.sources } else { 0 }
+    }
+
+    /// Twin of `step_as_seed`.
+    fn step_as_seed(&self, it: &mut Particle, dt: f32, slot: u32, impacts: &mut Vec<Impact>) {
+        let mut parts = 1;
+        if self.method == Method::Substeps {
+            let velocity = it.velocity_mps;
+            let cells = dotted(velocity, velocity).sqrt() * dt / self.law.grid.cell_m;
+            parts = cells.ceil().clamp(1.0, 64.0) as u32;
+        }
+        let part_s = dt / parts as f32;
+        for part in 0..parts {
+            self.step_once_as_seed(it, part_s, slot, part.min(7), impacts);
+        }
+    }
+
+    fn step_once_as_seed(&self, it: &mut Particle, dt: f32, slot: u32, part: u32, impacts: &mut Vec<Impact>) {
+        let law = self.law;
+        let cell = law.grid.cell_of(it.at_m);
+        if let Some(i) = law.grid.index(cell).filter(|i| bit(self.scene.occupied, *i)) {
+            let plane = self.plane(i, 0);
+            let (n, u) = (Vec3::from(plane.normal), Vec3::from(plane.velocity_mps));
+            let d = dotted(n, it.at_m - law.grid.centre_m(cell)) + plane.distance_m;
+            let seen = it.velocity_mps - u;
+            let speed = dotted(u, u).sqrt();
+            if d < law.radius_m && (self.method == Method::Seed || dotted(seen, n) < 0.0) {
+                let towards = if speed > 0.0 { (dotted(u, n) / speed).max(0.0) } else { 0.0 };
+                let mirrored = it.velocity_mps - n * (2.0 * dotted(it.velocity_mps, n));
+                let mixed = mirrored * (law.restitution * (1.0 - towards)) + u * towards;
+                impacts.push(Impact {
+                    at_m: it.at_m - n * d,
+                    order: slot.wrapping_mul(8) + part,
+                    normal: n,
+                    impulse_mps: dotted(mixed - it.velocity_mps, n),
+                    velocity_mps: seen,
+                    triangle: plane.triangle,
+                    mesh: NO_MESH,
+                    source: self.source(slot),
+                    ..Impact::default()
+                });
+                it.at_m += n * (law.radius_m - d);
+                it.velocity_mps = mixed;
+            }
+        }
+        it.at_m += it.velocity_mps * dt;
+        it.velocity_mps += law.gravity_mps2 * dt;
+    }
+}

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Particles and a voxelised scene: how a particle meets it, by the resolution of the volume and by how many cells it flies
+//! in a step. Balls are thrown at a torus, elastic and without gravity. The reference is the mesh itself, in f64: a ball
+//! whose straight way hits a triangle must be turned, and nobody may be inside.
+
+use super::{
+    arena::Arena,
+    runs::{self, Effort},
+    shapes::{finite, Headline, Point, StudyResult},
+    Found, OnProgress, Progress, Result,
+};
+use crate::{
+    cells::Grid,
+    gpu::Gpu,
+    impact::cpu::nearest_weights,
+    mesh::{shapes, Mesh},
+    particles::{
+        colliding::{Colliding, Method},
+        Particle,
+    },
+    random,
+};
+use glam::{vec3, DVec3, UVec3, Vec3};
+
+/// As results name it.
+pub const NAME: &str = "volume";
+const DT_S: f64 = 1.0 / 60.0;
+const RING_M: f32 = 0.5;
+const TUBE_M: f32 = 0.2;
+const RADIUS_M: f32 = 0.02;
+/// Cells a step.
+const STEPS: [f32; 5] = [0.25, 1.0, 2.0, 4.0, 16.0];
+
+/// When the way from `at` along `way` first hits a triangle, in lengths of `way` (Moeller and Trumbore, "Fast, Minimum Storage
+/// Ray/Triangle Intersection", 1997).
+fn hit(mesh: &Mesh, at: DVec3, way: DVec3) -> Option<f64> {
+    crossings(mesh, at, way).into_iter().reduce(f64::min)
+}
+
+fn crossings(mesh: &Mesh, at: DVec3, way: DVec3) -> Vec<f64> {
+    let of = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| mesh.at_m[i as usize].as_dvec3());
+        let (one, two) = (b - a, c - a);
+        let across = way.cross(two);
+        let scale = one.dot(across);
+        let from = at - a;
+        let u = from.dot(across) / scale;
+        let along = from.cross(one);
+        let (v, t) = (way.dot(along) / scale, two.dot(along) / scale);
+        (scale != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
+    };
+    mesh.triangles.iter().filter_map(of).collect()
+}
+
+fn is_inside(mesh: &Mesh, at: Vec3) -> bool {
+    crossings(mesh, at.as_dvec3(), DVec3::new(0.5773, 0.5911, 0.5633)).len() % 2 == 1
+}
+
+/// From the nearest triangle (m).
+fn distance(mesh: &Mesh, at: Vec3) -> f32 {
+    let to = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| mesh.at_m[i as usize]);
+        let weights = nearest_weights(at, a, b, c);
+        (a * weights.x + b * weights.y + c * weights.z).distance(at)
+    };
+    mesh.triangles.iter().map(to).fold(f32::INFINITY, f32::min)
+}
+
+/// Thrown from round about at places within the ring's outline.
+fn thrown(count: u32, speed_mps: f32) -> Vec<Particle> {
+    let of = |i| {
+        let [u, v, w, x] = random::units(random::bits(21, 0, i, 0));
+        let [y, ..] = random::units(random::bits(21, 1, i, 0));
+        let from = random::direction_of([u, v]) * 0.93;
+        let turn = random::cos_sin_of_turn(w) * (RING_M + TUBE_M) * x.sqrt();
+        let to = vec3(turn.x, TUBE_M * (2.0 * y - 1.0), turn.y);
+        Particle { at_m: from, velocity_mps: (to - from).normalize() * speed_mps, born: 0 }
+    };
+    (0..count).map(of).collect()
+}
+
+struct Seen {
+    leaks: f64,
+    /// How deep those outside lie in the surface at the most, in radii.
+    deepest: f64,
+}
+
+struct Setting<'a> {
+    gpu: &'a Gpu,
+    mesh: &'a Mesh,
+    cells: &'a crate::cells::Cells,
+    kernels: &'a crate::particles::Particles,
+}
+
+impl Setting<'_> {
+    fn law(&self) -> Colliding {
+        let law = Colliding::new(self.cells.grid(), RADIUS_M);
+        Colliding { restitution: 1.0, friction: 0.0, gravity_mps2: Vec3::ZERO, ..law }
+    }
+
+    fn arena(&self, particles: &[Particle], speed_mps: f32) -> Result<Arena> {
+        let reach = self.law().reach_of(speed_mps, DT_S as f32).min(3);
+        Arena::new(self.gpu, self.kernels, self.cells, self.law(), reach, particles, 1 << 14)
+    }
+
+    fn watch(&self, count: u32, cells_a_step: f32) -> Result<Seen> {
+        let speed = cells_a_step * self.cells.grid().cell_m / DT_S as f32;
+        let start = thrown(count, speed);
+        let mut arena = self.arena(&start, speed)?;
+        // Until the straight ways are through.
+        let steps = (1.6 / f64::from(speed) / DT_S).ceil().max(1.0) as u64;
+        let mut deepest = 0.0f64;
+        let mut now = start.clone();
+        let looks = steps.min(6);
+        for look in 0..looks {
+            let (from, to) = (steps * look / looks, steps * (look + 1) / looks);
+            arena.steps(to - from, DT_S)?;
+            now = arena.particles()?;
+            for it in now.iter().filter(|it| it.at_m.length() < 0.9 && !is_inside(self.mesh, it.at_m)) {
+                deepest = deepest.max(f64::from((RADIUS_M - distance(self.mesh, it.at_m)) / RADIUS_M));
+            }
+        }
+        let leaks = now.iter().zip(&start).filter(|(now, start)| {
+            let way = start.velocity_mps.as_dvec3();
+            let is_turned = (now.velocity_mps - start.velocity_mps).length() > 1e-3 * speed;
+            let must = hit(self.mesh, start.at_m.as_dvec3(), way).is_some_and(|t| t * f64::from(speed) < 1.5);
+            is_inside(self.mesh, now.at_m) || (must && !is_turned)
+        });
+        Ok(Seen { leaks: leaks.count() as f64 / f64::from(count), deepest })
+    }
+}
+
+/// Runs it: a study of leaks and one of depth, and what no leaks cost beside the seed's update.
+///
+/// # Errors
+/// The device's.
+pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> {
+    let is_software = gpu.adapter().is_software();
+    let timed = if is_software { 1 << 12 } else { 1 << 20 };
+    let count = if quick { 200 } else { 2000 };
+    let effort = Effort { budget_s: if quick { 0.05 } else { 0.5 }, ..Effort::full(gpu) };
+    let sizes: &[u32] = if quick { &[16, 32] } else { &[16, 32, 64, 128] };
+    let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };
+    let mesh = shapes::torus(RING_M, TUBE_M, if quick { 24 } else { 48 });
+    let (mut leaks, mut depths) = (Vec::new(), Vec::new());
+    let (mut done, of) = (0, Method::ALL.len() * sizes.len());
+    for method in Method::ALL {
+        let kernels = Arena::kernels(gpu, method)?;
+        for &size in sizes {
+            progress(Progress { done, of, now: &format!("{NAME}: {}, {size}^3", method.name()) });
+            done += 1;
+            let grid = Grid::new(Vec3::splat(-1.0), 2.0 / size as f32, UVec3::splat(size));
+            let cells = Arena::voxelise(gpu, grid, std::slice::from_ref(&mesh), false)?;
+            let setting = Setting { gpu, mesh: &mesh, cells: &cells, kernels: &kernels };
+            for &step in steps {
+                let seen = setting.watch(count, step)?;
+                let speed = step * grid.cell_m / DT_S as f32;
+                let timing = {
+                    let mut arena = setting.arena(&thrown(timed, speed), speed)?.rewinds()?;
+                    // The same metre of flight again and again.
+                    let once = (1.0 / f64::from(speed) / DT_S).ceil().max(1.0) as u64;
+                    let mut at = 0;
+                    runs::time(gpu, effort, |rec| {
+                        if at % once == 0 {
+                            arena.restart(rec);
+                        }
+                        at += 1;
+                        arena.record(rec, DT_S);
+                    })?
+                };
+                let point = |metric: &str, error: f64| Point {
+                    variant: format!("{}/{step}", method.name()),
+                    step: DT_S,
+                    size,
+                    error: finite(error),
+                    metric: metric.into(),
+                    ms_per_sim_second: timing.median_ms * 1e6 / f64::from(timed) / DT_S,
+                    ns_per_item: timing.median_ms * 1e6 / f64::from(timed),
+                    pareto: false,
+                };
+                // A logarithmic axis has no zero: less than half a particle is none.
+                leaks.push(point("share of particles leaked", seen.leaks.max(0.5 / f64::from(count))));
+                depths.push(point("depth in the surface, radii, deepest", seen.deepest.max(1e-4)));
+            }
+        }
+    }
+    Ok(Found {
+        headlines: headlines(
+            &leaks,
+            0.5 / f64::from(count),
+            &format!("{sizes:?} cells a side, {steps:?} cells a step"),
+        ),
+        studies: tables(leaks, depths),
+        ..Found::default()
+    })
+}
+
+fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
+    let result = |study: String, points| {
+        let mut result = StudyResult {
+            sim: "particles".into(),
+            study,
+            reference: "straight ways against the triangles in f64, and parity for who is inside; a variant is a method and \
+                        the cells flown in a step, a size the cells along a side; costs are of 1e6 particles at 60 steps a \
+                        second"
+                .into(),
+            points,
+            cheapest: Vec::new(),
+        };
+        result.mark_pareto();
+        result.cheapest = result.cheapest_for(&[0.1, 0.01, 0.001], "seed");
+        result
+    };
+    vec![result(format!("{NAME}, leaks"), leaks), result(format!("{NAME}, depth"), depths)]
+}
+
+/// The worst leak of the default at all sizes and steps, and its time over the seed's.
+fn headlines(points: &[Point], none: f64, settings: &str) -> Vec<Headline> {
+    let of = |method: &str| {
+        points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>()
+    };
+    let (swept, seed) = (of("dda2"), of("seed"));
+    let worst = swept.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
+    let costs: Vec<f64> = swept.iter().zip(&seed).map(|(a, b)| a.ns_per_item / b.ns_per_item).collect();
+    let mut sorted = costs.clone();
+    sorted.sort_by(f64::total_cmp);
+    let headline = |what: &str, value: f64, unit: &str, note: String| Headline {
+        sim: "particles".into(),
+        study: NAME.into(),
+        what: what.into(),
+        value: finite(value),
+        unit: unit.into(),
+        note,
+    };
+    let leaked = if worst > none { 100.0 * worst } else { 0.0 };
+    let seeds = 100.0 * seed.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
+    vec![
+        headline(
+            "leaks of dda2, worst of all sizes and steps",
+            leaked,
+            "%",
+            format!("{settings}; the seed's worst: {seeds:.0} %"),
+        ),
+        headline(
+            "time of dda2 over that of the seed's update",
+            sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN),
+            "times",
+            format!("median of the settings; at the worst {:.2}", sorted.last().copied().unwrap_or(f64::NAN)),
+        ),
+    ]
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Shaders from the files that they were compiled from, read again while the window is open. Only those that are in use
+//! and whose text has changed since the window was opened, their includes among it, are compiled.
+//!
+//! Left out: what a scene compiles itself, effects and laws of its own. They are read again with the scene, and see the
+//! includes of the binary.
+
+use crate::{
+    gpu::{
+        glsl::{Compiler, Stage},
+        reload::Replacements,
+        Gpu,
+    },
+    shaders,
+};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// A folder of GLSL, as it was when the window was opened.
+pub struct Files {
+    dir: PathBuf,
+    first: BTreeMap<String, String>,
+}
+
+/// What was compiled.
+pub struct Compiled {
+    /// For [`Gpu::replace_shaders`].
+    pub replacements: Replacements,
+    /// Names of the shaders.
+    pub names: Vec<String>,
+}
+
+/// Path below the folder and text of every file.
+fn texts(dir: &Path) -> Result<BTreeMap<String, String>, String> {
+    let list = |dir: &Path| -> Result<Vec<PathBuf>, String> {
+        let entries = fs::read_dir(dir).map_err(|error| format!("{}: {error}", dir.display()))?;
+        Ok(entries.flatten().map(|entry| entry.path()).collect())
+    };
+    let mut all = BTreeMap::new();
+    for module in list(dir)?.into_iter().filter(|path| path.is_dir()) {
+        for path in list(&module)?.into_iter().filter(|path| path.is_file()) {
+            let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+            let name = path.strip_prefix(dir).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+            all.insert(name, text);
+        }
+    }
+    Ok(all)
+}
+
+/// Whether `file` or anything that it includes is in `changed`.
+fn is_touched(
+    file: &str,
+    texts: &BTreeMap<String, String>,
+    changed: &BTreeSet<&String>,
+    seen: &mut BTreeSet<String>,
+) -> bool {
+    if !seen.insert(file.to_owned()) {
+        return false;
+    }
+    let Some((name, text)) = texts.get_key_value(file) else { return false };
+    let mut includes =
+        text.lines().filter_map(|line| line.trim().strip_prefix("#include \"")?.split('"').next());
+    changed.contains(name) || includes.any(|include| is_touched(include, texts, changed, seen))
+}
+
+impl Files {
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn new(dir: &Path) -> Result<Self, String> {
+        Ok(Self { dir: dir.to_owned(), first: texts(dir)? })
+    }
+
+    /// Compiles what is in use on `gpu` and is no longer what it was.
+    ///
+    /// # Errors
+    /// The compiler's words, with file, line and excerpt.
+    pub fn compile(&self, gpu: &Gpu) -> Result<Compiled, String> {
+        let now = texts(&self.dir)?;
+        let changed: BTreeSet<_> = now
+            .iter()
+            .filter(|(name, text)| self.first.get(*name) != Some(text))
+            .map(|(name, _)| name)
+            .collect();
+        let includes = now.clone();
+        let compiler =
+            Compiler::new(move |name| includes.get(name).cloned()).map_err(|error| error.to_string())?;
+        let mut compiled = Compiled { replacements: Replacements::new(), names: Vec::new() };
+        for (name, spv) in shaders::ALL.iter().filter(|(_, spv)| gpu.uses_shader(spv)) {
+            let [module, pass, kind] = name.splitn(3, '.').collect::<Vec<_>>()[..] else { continue };
+            let (file, stage) = (format!("{module}/{pass}.{kind}"), Stage::of_extension(kind));
+            let (Some(text), Some(stage)) = (now.get(&file), stage) else { continue };
+            if !is_touched(&file, &now, &changed, &mut BTreeSet::new()) {
+                continue;
+            }
+            let shown = self.dir.join(&file).to_string_lossy().into_owned();
+            let words = compiler.compile(text, &shown, stage).map_err(|error| error.to_string())?;
+            let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            compiled.replacements.insert(spv.as_ptr() as usize, bytes);
+            compiled.names.push((*name).to_owned());
+        }
+        Ok(compiled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shader_is_touched_through_its_includes() {
+        let files = [
+            ("a/x.comp", "#include \"a/y.glsl\"\n"),
+            ("a/y.glsl", "#include \"b/z.glsl\""),
+            ("b/z.glsl", ""),
+        ];
+        let texts: BTreeMap<_, _> =
+            files.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect();
+        let (z, other) = ("b/z.glsl".to_owned(), "b/w.glsl".to_owned());
+        let touched = |file: &str, changed: &String| {
+            is_touched(file, &texts, &BTreeSet::from([changed]), &mut BTreeSet::new())
+        };
+        assert!(touched("a/x.comp", &z) && touched("b/z.glsl", &z));
+        assert!(!touched("a/x.comp", &other) && !touched("a/missing.comp", &z));
+    }
+}

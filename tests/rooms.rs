@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scenes of meshes: what `[[mesh]]`, `[volume]`, `[paint]` and emitters that collide take, and runs from end to end.
+#![allow(missing_docs)]
+
+mod common;
+
+use common::gpu;
+use std::{
+    fs,
+    mem::{offset_of, size_of},
+};
+use tempfile::{tempdir, TempDir};
+use whitecap::{
+    draw::{map_view::MapViewParams, mesh::MeshParams, shadow::ShadowView, voxels::VoxelParams},
+    gpu::{reflect::reflect, Gpu},
+    particles::balls::BallParams,
+    run::{self, picture::Picture, RunOptions, Written},
+    scene::{builtin, Override, Scene},
+    shaders,
+};
+
+const BLOCK: &str = "[[mesh]]\nname = 'block'\nshape = 'box'\nhalf_m = [0.4, 0.1, 0.4]\n";
+const VOLUME: &str = "[volume]\nlow_m = [-1, -1, -1]\nsize_m = [2, 2, 2]\n";
+const RAIN: &str =
+    "[[emitter]]\nname = 'rain'\nlaw = 'colliding'\nradius_m = 0.02\npopulation = 100\nat_m = [0, 0.5, 0]\n\
+                    spread_m = 0.3\nrespawn_below_m = -1\n";
+
+fn parse(text: &str) -> Result<Scene, String> {
+    Scene::parse(text, "room.toml", None, &[]).map_err(|error| error.to_string())
+}
+
+fn error(text: &str) -> String {
+    parse(text).err().unwrap_or_else(|| panic!("no error in {text}"))
+}
+
+#[test]
+fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
+    let one = |text: &str, says: &str| {
+        let said = error(text);
+        assert!(said.contains(says), "{text}: {said}");
+    };
+    one(
+        "[[mesh]]\nshape = 'cube'",
+        "mesh.0.shape is 'cube'; allowed: box, sphere, torus, capsule, lizard, room, stencil, lathe",
+    );
+    one("[[mesh]]\nname = 'x'", "mesh.0.shape is missing; allowed: box, sphere");
+    one("[[mesh]]\nfile = 'a.stl'", "mesh.0.file is 'a.stl'; allowed: a .glb, .gltf or .obj file");
+    one("[[mesh]]\nfile = 'a.obj'\nshape = 'box'", "shape is given beside file");
+    one("[[mesh]]\nshape = 'box'\nhalf_m = [1, 0, 1]", "mesh.0.half_m.1 is 0; allowed: 0.0001 to 10000000");
+    one("[[mesh]]\nshape = 'torus'\nring_m = 1\nradius_m = 2", "the tube is thinner than ring_m, 1");
+    one(
+        "[[mesh]]\nshape = 'room'\nhalf_m = [1, 1, 1]\nopen = ['lid']",
+        "mesh.0.open.0 is 'lid'; allowed: left, right, floor",
+    );
+    one(
+        "[[mesh]]\nshape = 'stencil'\nsize_m = [1, 1, 1]\npattern = ['##', '#']",
+        "rows that differ in length",
+    );
+    one("[[mesh]]\nshape = 'stencil'\nsize_m = [1, 1, 1]\npattern = ['..']", "leaves nothing of the plate");
+    one("[[mesh]]\nshape = 'lathe'\nprofile_m = [[0, 1], [0, 2]]", "a part without a surface");
+    one(
+        &format!("{BLOCK}keys = [{{ t_s = 1 }}, {{ t_s = 0.5 }}]"),
+        "is 0.5, and that of the key before 1; times rise",
+    );
+    one(&format!("{BLOCK}loop = true"), "loop needs keys, two or more");
+    one(&format!("{BLOCK}map = 64"), "map is for a mesh with paints = true");
+    one(&format!("{BLOCK}{BLOCK}"), "is \"block\", as mesh.0 is called already");
+    one(&format!("{VOLUME}{RAIN}"), "volume has nothing to hold");
+    one(&format!("{BLOCK}{RAIN}"), "the scene has no [volume] to collide in");
+    one(
+        &format!("{BLOCK}{VOLUME}cell_m = 0.001\n"),
+        "volume.cell_m makes 2000 cells along the longest side; allowed: 1 to 1024",
+    );
+    one(
+        &format!("{BLOCK}{VOLUME}cells = 1024\n"),
+        "volume.cells makes 1073741824 cells of 64 bytes; allowed: 67108863",
+    );
+    one(&format!("{BLOCK}{VOLUME}cells = 8\ncell_m = 0.1\n"), "is given beside cells");
+    one(
+        &format!("{BLOCK}[volume]\nlow_m = [0, 0, 0]\nhigh_m = [1, 0, 1]"),
+        "each is more than that of low_m",
+    );
+    one(
+        &format!("{BLOCK}[volume]\nlow_m = [1e6, 0, 0]\nsize_m = [1, 1, 1]"),
+        "an f32 cannot tell a thousandth",
+    );
+    one(
+        &format!("{BLOCK}{VOLUME}variant = 'slices'\n"),
+        "allowed: \"conservative\" or \"layered\" or \"one-pass\"",
+    );
+    one(&format!("{BLOCK}{VOLUME}{RAIN}dt_s = 0.1\n"), "dt_s is that of [volume]");
+    one(&format!("{BLOCK}{VOLUME}{RAIN}rate_per_s = 3\n"), "is given beside population");
+    one(&format!("{BLOCK}{VOLUME}{RAIN}restitution = 2\n"), "restitution is 2; allowed: 0 to 1");
+    one(
+        &format!("{BLOCK}paints = true\n{VOLUME}{RAIN}"),
+        "takes paint (paints = true), and the scene has no [paint]",
+    );
+    one(&format!("{BLOCK}{VOLUME}{RAIN}[paint]\nradius_m = 0.1"), "paint has nothing to paint");
+    one(&format!("{BLOCK}paints = true\n[paint]\nradius_m = 0.1"), "paint has no one who paints");
+    one(&format!("[output]\nview = 'voxels'\n{BLOCK}"), "has a view of [volume], and the scene has none");
+}
+
+#[test]
+fn a_scene_pays_for_what_it_names() {
+    let has = |text: &str, wanted: &str| {
+        let plan = parse(text).unwrap().plan().unwrap();
+        plan.buffers.iter().any(|it| it.name.contains(wanted))
+            || plan.passes.iter().any(|it| it.0.contains(wanted))
+    };
+    let fire = "[[emitter]]\neffect = 'fire'\n";
+    for word in ["mesh", "cells", "impact", "paint", "shadow", "volume"] {
+        assert!(!has(fire, word), "{word}");
+    }
+    assert!(has(BLOCK, "mesh.places") && has(BLOCK, "draw.shadow"));
+    for word in ["mesh.pose", "cells", "impact", "paint", "volume"] {
+        assert!(!has(BLOCK, word), "{word}");
+    }
+    let collides = format!("{BLOCK}{VOLUME}{RAIN}");
+    assert!(has(&collides, "cells.planes") && has(&collides, "impact") && !has(&collides, "paint"));
+    assert!(has(&format!("{BLOCK}paints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1"), "paint"));
+}
+
+#[test]
+fn cells_are_cubes_that_reach_the_last_corner() {
+    let volume =
+        |text: &str| parse(&format!("{BLOCK}[volume]\nlow_m = [-1, 0, -1]\n{text}")).unwrap().volume.unwrap();
+    assert_eq!(volume("size_m = [2, 2, 2]").cells, [32, 32, 32]);
+    let long = volume("high_m = [3, 0.99, 0]\ncells = 40");
+    assert_eq!((long.cells, long.cell_m), ([40, 10, 10], 0.1));
+}
+
+#[test]
+fn a_mesh_file_is_looked_for_beside_the_scene() {
+    let dir = tempdir().unwrap();
+    let path = dir.path().join("scene.toml");
+    fs::write(&path, "[[mesh]]\nfile = 'part.obj'\n").unwrap();
+    let said = Scene::load(&path, &[]).unwrap().plan().unwrap_err().to_string();
+    assert!(said.starts_with("part.obj: "), "{said}");
+    fs::write(dir.path().join("part.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n").unwrap();
+    let said = Scene::load(&path, &[]).unwrap().plan().unwrap_err().to_string();
+    assert_eq!(said, "part.obj: line 4: index 4; allowed: 1 to 3, or -1 to -3");
+    fs::write(dir.path().join("part.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let plan = Scene::load(&path, &[]).unwrap().plan().unwrap();
+    assert_eq!((plan.meshes[0].mesh.triangles.len(), plan.meshes[0].moves()), (1, false));
+    fs::write(
+        &path,
+        format!("[[mesh]]\nfile = 'part.obj'\npaints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\n"),
+    )
+    .unwrap();
+    let said = Scene::load(&path, &[]).unwrap().plan().unwrap_err().to_string();
+    assert_eq!(said, "mesh.mesh: has no texture coordinates, so it cannot be painted");
+}
+
+#[test]
+fn the_plan_says_how_many_cells_a_step_takes() {
+    let scene = parse(&format!("{BLOCK}{VOLUME}{RAIN}velocity_mps = [0, -30, 0]\n")).unwrap();
+    let plan = scene.plan().unwrap();
+    let volume = plan.volume.unwrap();
+    // 30 m/s and a fall of two metres, in a sixtieth of a second, over cells of a sixteenth of a metre.
+    let expected = (30.0f64.powi(2) + 2.0 * 9.81 * 2.0).sqrt() / 60.0 * 16.0;
+    assert!((volume.cells_a_step - expected).abs() < 1e-3, "{} {expected}", volume.cells_a_step);
+    assert!(
+        plan.emitters[0].reason.contains("cells a step at the most, more than one: the rule takes `dda2`"),
+        "{}",
+        plan.emitters[0].reason
+    );
+}
+
+fn run_into(gpu: &Gpu, scene: &Scene, change: impl FnOnce(&mut RunOptions)) -> (TempDir, Written) {
+    let dir = tempdir().unwrap();
+    let mut options = RunOptions {
+        out: dir.path().to_owned(),
+        has_frames: true,
+        hash_every: 1,
+        checkpoint: None,
+        resume: None,
+        profile: Default::default(),
+    };
+    change(&mut options);
+    let plan = scene.plan().unwrap();
+    let written = run::run(gpu, scene, &plan, &options, |_| {}).unwrap();
+    (dir, written)
+}
+
+fn picture(dir: &TempDir, frame: u32) -> Vec<u8> {
+    Picture::read_png(&dir.path().join(format!("frames/frame_{frame:05}.png"))).unwrap().rgba
+}
+
+fn tiny(name: &str, more: &[&str]) -> Scene {
+    let changes = ["output.size=[96, 54]", "output.frames=4", "output.fps=20"];
+    let changes: Vec<Override> = changes.iter().chain(more).map(|it| it.parse().unwrap()).collect();
+    builtin::load(name, &changes).unwrap()
+}
+
+const FEW: [&str; 3] = ["emitter.0.population=150", "emitter.1.population=150", "emitter.2.population=150"];
+
+#[test]
+fn every_scene_of_meshes_runs_twice_alike() {
+    let gpu = gpu();
+    let sand = ["emitter.0.rate_per_s=900", "emitter.1.rate_per_s=900", "emitter.2.rate_per_s=900"];
+    for scene in [tiny("paint_shower", &FEW), tiny("marbles", &[]), tiny("sandblast", &sand)] {
+        let (one, first) = run_into(&gpu, &scene, |_| {});
+        let (other, second) = run_into(&gpu, &scene, |_| {});
+        assert_eq!(first.stats.emitters, second.stats.emitters, "{}", scene.title);
+        assert_eq!(first.stats.hashes, second.stats.hashes, "{}", scene.title);
+        assert!(picture(&one, 3) == picture(&other, 3), "{}: pictures differ", scene.title);
+        assert!(picture(&one, 0) != picture(&one, 3), "{}: nothing moves", scene.title);
+        for stats in &first.stats.emitters {
+            assert!(
+                stats.alive > 0 && stats.spoiled == 0 && stats.dropped == 0,
+                "{}: {stats:?}",
+                scene.title
+            );
+        }
+    }
+}
+
+#[test]
+fn a_room_goes_on_from_a_checkpoint_to_the_bit() {
+    let gpu = gpu();
+    let more = [FEW[0], FEW[1], FEW[2], "output.frames=6"];
+    let scene = tiny("paint_shower", &more);
+    let (whole, all) = run_into(&gpu, &scene, |_| {});
+    let dir = tempdir().unwrap();
+    let file = dir.path().join("state");
+    run_into(&gpu, &tiny("paint_shower", &FEW), |options| options.checkpoint = Some((file.clone(), 60)));
+    let (rest, resumed) = run_into(&gpu, &scene, |options| options.resume = Some(file.clone()));
+    assert_eq!(all.stats.emitters, resumed.stats.emitters);
+    assert_eq!(all.stats.hashes.last(), resumed.stats.hashes.last());
+    assert!(picture(&whole, 5) == picture(&rest, 5), "pictures differ");
+}
+
+macro_rules! assert_layout {
+    ($spv:expr, $glsl:literal == $rust:ident { $($field:ident),* $(,)? }) => {{
+        let interface = reflect($spv, &[8; 8]).unwrap();
+        let glsl = interface.structs.get($glsl).unwrap_or_else(|| panic!("no struct `{}`", $glsl));
+        let fields: Vec<_> = glsl.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        assert_eq!(fields, [$((stringify!($field), offset_of!($rust, $field))),*], "fields of `{}`", $glsl);
+        assert_eq!(glsl.bytes, size_of::<$rust>(), "size of `{}`", $glsl);
+    }};
+}
+
+#[test]
+fn what_crosses_to_the_gpu_is_laid_out_alike() {
+    for spv in [shaders::DRAW_MESH_FRAG, shaders::DRAW_MESH_SHADOW_VERT] {
+        assert_layout!(
+            spv,
+            "MeshParams" == MeshParams { color, first_triangle, first_joint, tile_m, reserved, map }
+        );
+        assert_layout!(spv, "Shadow" == ShadowView { right, up, to_sun, centre_m });
+    }
+    for spv in [shaders::PARTICLES_BALLS_VERT, shaders::PARTICLES_BALLS_SHADOW_VERT] {
+        assert_layout!(spv, "BallParams" == BallParams { color, far_color });
+    }
+    assert_layout!(shaders::DRAW_VOXELS_VERT, "VoxelParams" == VoxelParams { grid, slot });
+    assert_layout!(
+        shaders::DRAW_MAP_PAINT_FRAG,
+        "MapViewParams" == MapViewParams { low_m, high_m, corner, map }
+    );
+}
+
+#[test]
+fn every_way_to_fill_cells_and_to_paint_runs_and_every_view_shows_something() {
+    let gpu = gpu();
+    let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -5, 0]"));
+    let heavy: Vec<&str> = heavy.iter().map(String::as_str).collect();
+    let paint = |more: &str| {
+        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &["output.frames=24", more]].concat());
+        let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+        written.stats.volume.unwrap()
+    };
+    let default = paint("paint.variant=sifted");
+    assert!(default.impacts > 100 && default.paint.iter().all(|it| it.painted > 0), "{default:?}");
+    assert_eq!(
+        (default.impacts_dropped, default.impacts_without_paint, default.not_finite),
+        (0, 0, 0),
+        "{default:?}"
+    );
+    assert_eq!(paint("paint.variant=brute"), default);
+    for variant in ["layered", "one-pass"] {
+        let drawn = paint(&format!("volume.variant={variant}"));
+        // They lose what is steep to the way that they look, and find nothing that is not there.
+        assert!(
+            drawn.occupied > default.occupied / 4 && drawn.occupied < default.occupied,
+            "{variant}: {drawn:?}"
+        );
+        assert!(drawn.impacts > 0, "{variant}: {drawn:?}");
+    }
+    let looks: Vec<Vec<u8>> = ["shaded", "voxels", "planes", "position_map", "paint_map"]
+        .iter()
+        .map(|view| {
+            let scene = tiny(
+                "paint_shower",
+                &[&FEW[..], &["output.frames=1", &format!("output.view={view}")]].concat(),
+            );
+            picture(&run_into(&gpu, &scene, |_| {}).0, 0)
+        })
+        .collect();
+    for (i, look) in looks.iter().enumerate() {
+        let bright = look.chunks_exact(4).filter(|rgba| rgba[..3].iter().any(|byte| *byte > 60)).count();
+        assert!(bright > 200, "view {i}: {bright} of 5184 pixels");
+        assert!(looks[..i].iter().all(|other| other != look), "view {i} is another");
+    }
+}
+
+#[test]
+fn an_impact_stream_that_is_too_small_says_so() {
+    let gpu = gpu();
+    let scene = tiny("paint_shower", &[&FEW[..], &["output.frames=24", "volume.impacts=2"]].concat());
+    let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+    let volume = written.stats.volume.unwrap();
+    assert!(volume.impacts_dropped > 0 && volume.impacts > 0, "{volume:?}");
+}
