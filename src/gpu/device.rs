@@ -120,7 +120,7 @@ impl Gpu {
         Self::open(options, instance, adapter, (captures, &[]))
     }
 
-    /// `more` are extensions of the device.
+    /// `more` are extensions of the device; `captures` keeps what becomes of pipelines.
     pub(super) fn open(
         options: &GpuOptions,
         instance: Instance,

@@ -28,7 +28,7 @@ use glam::{uvec2, vec2, UVec2, Vec3};
 /// One group of pipelines.
 type Build = fn(&Gpu) -> Result<()>;
 
-const GROUPS: [(&str, Build); 9] = [
+const GROUPS: [(&str, Build); 10] = [
     ("system", system),
     ("prims", prims),
     ("water", water),
@@ -37,6 +37,7 @@ const GROUPS: [(&str, Build); 9] = [
     ("ballistic", ballistic),
     ("disks", collisions),
     ("sprites", bench::draw::build),
+    ("volume", bench::volume::build),
     ("scenes", scenes),
 ];
 
@@ -204,8 +205,15 @@ fn scenes(gpu: &Gpu) -> Result<()> {
     let mut all: Vec<(&str, Option<&str>)> = builtin::list().map(|(name, _)| (name, None)).collect();
     all.push(("black_hole", Some("emitter.0.draw=\"splat\"")));
     all.extend(gpu.has_geometry_shader().then_some(("black_hole", Some("emitter.0.draw=\"geometry\""))));
+    for view in ["voxels", "planes", "position_map", "paint_map"] {
+        all.push(("paint_shower", Some(view)));
+    }
     for (name, drawn) in all {
-        let changes = ["output.size=[64, 64]"].into_iter().chain(drawn).map(str::parse);
+        // A change, or a view.
+        let drawn =
+            drawn.map(|it| if it.contains('=') { it.into() } else { format!("output.view=\"{it}\"") });
+        let changes = [Some("output.size=[64, 64]".into()), drawn];
+        let changes = changes.iter().flatten().map(|change: &String| change.parse());
         let changes: Vec<Override> = changes.collect::<Result<_, _>>().map_err(RunError::from)?;
         let scene = builtin::load(name, &changes).map_err(RunError::from)?;
         World::new(gpu, &scene, &scene.plan().map_err(RunError::from)?)?;

@@ -6,7 +6,7 @@
 use super::{Measured, Suite};
 use crate::{
     cells::{Cells, Grid},
-    gpu::{Access, Gpu, Recorder},
+    gpu::{self, Access, Gpu, Recorder},
     mesh::{shapes, Body, Mesh, Meshes, MeshesError},
     random,
     study::{runs, Error, Result},
@@ -46,6 +46,17 @@ pub const SUITE: Suite = Suite {
         Ok(Measured { timing, items: f64::from(volume.triangles), unit: "triangle", bytes_per_item: 48.0 })
     },
 };
+
+/// Builds what the rows voxelise with. What the device lacks is left out.
+pub(in crate::study) fn build(gpu: &Gpu) -> Result<()> {
+    for variant in SUITE.variants {
+        match Volume::new(gpu, variant, &bodies(variant, 100)) {
+            Err(Error::Lacks { .. } | Error::Gpu(gpu::Error::Lacks { .. })) => {}
+            built => drop(built?),
+        }
+    }
+    Ok(())
+}
 
 /// Side of the cube (m).
 const SIDE_M: f32 = 1.5;
