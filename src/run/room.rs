@@ -188,7 +188,7 @@ impl Room {
         let dt_s = self.clock.dt_s();
         // The last picture may still be on its way.
         rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
-        rec.barrier(Access::GraphicsRead, Access::CopyWrite);
+        rec.barrier(Access::GraphicsRead, Access::FillWrite);
         if !self.is_placed {
             // As it is at the start, or was when the state was stored.
             self.place(rec, self.taken as f64 * dt_s, dt_s, true)?;
@@ -211,7 +211,7 @@ impl Room {
             }
         }
         rec.barrier(Access::ComputeReadWrite, MeshesDraw::ENTRY);
-        rec.barrier(Access::CopyWrite, MeshesDraw::ENTRY);
+        rec.barrier(Access::FillWrite, MeshesDraw::ENTRY);
         Ok(())
     }
 
