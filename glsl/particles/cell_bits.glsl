@@ -15,8 +15,11 @@ const float ALIKE = 0.985;  // cosine of 10 degrees: nearer planes count as one,
 
 bool is_alike(Plane one, Plane other) { return abs(dotted(one.normal, other.normal)) > ALIKE; }
 
-// The cell beside another: -x, +x, -y, +y, -z, +z.
-ivec3 cell_beside(ivec3 cell, uint face) {
+// Planes that are met in a cell, by number: 0 and 1 are its own, then come two each of the cells beside it: -x, +x, -y, +y,
+// -z, +z. The cell that plane `k` is stored in, in slot k & 1.
+ivec3 cell_of_met(ivec3 cell, uint k) {
+    if (k < 2u) return cell;
+    uint face = (k >> 1u) - 1u;
     ivec3 beside = cell;
     beside[face >> 1u] += (face & 1u) == 0u ? -1 : 1;
     return beside;

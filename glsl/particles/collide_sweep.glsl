@@ -110,36 +110,21 @@ void meet(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float elapsed_s, Plane p
     }
 }
 
-// Behind the bits of cells that are near come those of cells that lack a plane.
-bool is_crowded(uint cell) {
+// Which planes are met in an occupied cell: behind the bits of cells that are near comes half a word for each.
+uint met_in(uint cell) {
+    if (method != METHOD_TWO) return 1u;
     uint words = (law.grid.cells_x * law.grid.cells_y * law.grid.cells_z + 31u) / 32u;
-    return (near[words + (cell >> 5u)] >> (cell & 31u) & 1u) != 0u;
+    return near[words + (cell >> 1u)] >> (16u * (cell & 1u)) & 0xffffu;
 }
 
 void meet_cell(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float elapsed_s, ivec3 cell, bool asks_deep, inout Hit hit,
                inout vec3 deep_m) {
-    uint i = cell_index(law.grid, cell);
     vec3 centre = cell_centre_m(law.grid, cell);
-    Plane one = plane_of(i, 0u);
-    meet(at_m, velocity_mps, pull_mps2, elapsed_s, one, centre, centre, asks_deep, hit, deep_m);
-    if (method != METHOD_TWO) return;
-    Plane two = plane_of(i, 1u);
-    if (two.triangle == 0u) return;
-    meet(at_m, velocity_mps, pull_mps2, elapsed_s, two, centre, centre, asks_deep, hit, deep_m);
-    // A cell that is full may lack a third, as at the corner of a box: a neighbour has it.
-    if (!is_crowded(i)) return;
-    for (uint face = 0u; face < 6u; ++face) {
-        ivec3 beside = cell_beside(cell, face);
-        if (!in_grid(law.grid, beside)) continue;
-        uint j = cell_index(law.grid, beside);
-        if (!is_occupied(j)) continue;
-        for (uint slot = 0u; slot < 2u; ++slot) {
-            Plane lent = plane_of(j, slot);
-            if (slot == 1u && lent.triangle == 0u) break;
-            if (!is_missing(lent, one, two, face, law.grid.cell_m)) continue;
-            meet(at_m, velocity_mps, pull_mps2, elapsed_s, lent, cell_centre_m(law.grid, beside), centre, asks_deep, hit,
-                 deep_m);
-        }
+    for (uint bits = met_in(cell_index(law.grid, cell)); bits != 0u; bits &= bits - 1u) {
+        uint k = uint(findLSB(bits));
+        ivec3 stored = cell_of_met(cell, k);
+        Plane plane = plane_of(cell_index(law.grid, stored), k & 1u);
+        meet(at_m, velocity_mps, pull_mps2, elapsed_s, plane, cell_centre_m(law.grid, stored), centre, asks_deep, hit, deep_m);
     }
 }
 

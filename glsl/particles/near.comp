@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Which cells have an occupied one within `reach` cells along every axis: one bit a cell, as `Occupied` has them. A particle
-// that cannot leave that reach in a step, and whose own bit is clear, needs no other look. Behind them one more bit a cell:
-// whether it lacks a plane that a cell beside it has. An invocation makes a word of each.
+// that cannot leave that reach in a step, and whose own bit is clear, needs no other look. Behind them half a word a cell:
+// which planes are met in it, its own and those it lacks and a cell beside it has. An invocation looks at 32 cells.
 // CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
 #define CELLS_PLANES 1
@@ -27,26 +27,35 @@ bool in_box(ivec3 cell) {
     return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, ivec3(p.cells_x, p.cells_y, p.cells_z)));
 }
 
-bool is_crowded(uint i, ivec3 cell) {
+uint index_of(ivec3 cell) { return uint(cell.x) + p.cells_x * (uint(cell.y) + p.cells_y * uint(cell.z)); }
+
+// Bit k: plane k of `cell_of_met` is met in this cell. A cell that is full borrows what is like none that it has.
+uint met_in(ivec3 cell) {
+    uint i = index_of(cell);
     Plane one = plane_of(i, 0u), two = plane_of(i, 1u);
-    if (two.triangle == 0u) return false;
-    for (uint face = 0u; face < 6u; ++face) {
-        ivec3 beside = cell_beside(cell, face);
-        if (!in_box(beside)) continue;
-        uint j = uint(beside.x) + p.cells_x * (uint(beside.y) + p.cells_y * uint(beside.z));
-        if (!is_occupied(j)) continue;
-        Plane first = plane_of(j, 0u), second = plane_of(j, 1u);
-        if (is_missing(first, one, two, face, p.cell_m)) return true;
-        if (second.triangle != 0u && is_missing(second, one, two, face, p.cell_m)) return true;
+    if (two.triangle == 0u) return 1u;
+    uint met = 3u;
+    for (uint k = 2u; k < 14u; ++k) {
+        ivec3 beside = cell_of_met(cell, k);
+        if (!in_box(beside) || !is_occupied(index_of(beside))) continue;
+        Plane lent = plane_of(index_of(beside), k & 1u);
+        if (lent.triangle == 0u || !is_missing(lent, one, two, (k >> 1u) - 1u, p.cell_m)) continue;
+        bool is_new = true;
+        for (uint bits = met & ~3u; bits != 0u && is_new; bits &= bits - 1u) {
+            uint other = uint(findLSB(bits));
+            is_new = !is_alike(lent, plane_of(index_of(cell_of_met(cell, other)), other & 1u));
+        }
+        if (is_new) met |= 1u << k;
     }
-    return false;
+    return met;
 }
 
 void main() {
     uint word = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     uint count = p.cells_x * p.cells_y * p.cells_z;
-    if (word >= (count + 31u) / 32u) return;
-    uint bits = 0u, crowded = 0u;
+    uint words = (count + 31u) / 32u;
+    if (word >= words) return;
+    uint bits = 0u, pair = 0u;
     for (uint b = 0u; b < 32u && 32u * word + b < count; ++b) {
         uint i = 32u * word + b, x = i % p.cells_x, y = i / p.cells_x % p.cells_y, z = i / p.cells_x / p.cells_y;
         uint from_x = x - min(x, p.reach), to_x = min(x + p.reach, p.cells_x - 1u);
@@ -59,8 +68,11 @@ void main() {
             }
         }
         if (is_near) bits |= 1u << b;
-        if (is_near && is_occupied(i) && is_crowded(i, ivec3(x, y, z))) crowded |= 1u << b;
+        if (is_near && is_occupied(i)) pair |= met_in(ivec3(x, y, z)) << (16u * (b & 1u));
+        if ((b & 1u) == 1u || i + 1u == count) {
+            near[words + i / 2u] = pair;
+            pair = 0u;
+        }
     }
     near[word] = bits;
-    near[(count + 31u) / 32u + word] = crowded;
 }

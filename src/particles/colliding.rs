@@ -232,7 +232,7 @@ impl Surroundings {
             blocks: &["Occupied", "Planes", "Near"],
             constants: &[],
         };
-        let near = Buffer::new(gpu, "particles.near", 2 * cells.occupied().bytes(), Residence::Device)?;
+        let near = Buffer::new(gpu, "particles.near", 17 * cells.occupied().bytes(), Residence::Device)?;
         gpu.once(|rec| rec.fill(&near, 0))?;
         let bound = Kernel::new::<NearParams>(gpu, &info)?.bind(&[
             ("Occupied", cells.occupied().into()),
@@ -246,7 +246,7 @@ impl Surroundings {
     pub fn record(&self, rec: &mut Recorder<'_>) {
         let grid = self.cells.grid();
         let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
-        let groups = (self.near.bytes() / 8).div_ceil(64) as u32;
+        let groups = (self.near.bytes() / (17 * 4)).div_ceil(64) as u32;
         let rows = groups.div_ceil(65_535).max(1);
         rec.span(c"particles.near", |rec| {
             rec.dispatch(&self.bound, [groups.div_ceil(rows) * 64, rows, 1], &params);
@@ -269,7 +269,7 @@ impl Surroundings {
         self.reach
     }
 
-    /// A bit a cell: whether one within reach is occupied; then one more each: whether it lacks a plane of a cell beside it.
+    /// A bit a cell: whether one within reach is occupied; then half a word each: which planes are met in it.
     pub fn near(&self) -> &Buffer {
         &self.near
     }

@@ -4,7 +4,7 @@
 pub use super::cpu_near::near;
 use super::{
     colliding::{Colliding, Method},
-    cpu_near::{beside, bit, dotted, is_missing},
+    cpu_near::{bit, cell_of_met, dotted},
     Particle,
 };
 use crate::{
@@ -27,7 +27,7 @@ pub struct Scene<'a> {
     pub occupied: &'a [u32],
     /// Two a cell.
     pub planes: &'a [Plane],
-    /// Two bits a cell, of [`near`].
+    /// Of [`near`].
     pub near: &'a [u32],
 }
 
@@ -200,29 +200,16 @@ impl Law<'_> {
     fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
-        let centre = grid.centre_m(cell);
-        let one = self.plane(i, 0);
-        self.meet(leg, &one, centre, centre, hit, deep.as_deref_mut());
-        let two = self.plane(i, 1);
-        if self.method != Method::TwoPlanes || two.triangle == 0 {
-            return;
-        }
-        self.meet(leg, &two, centre, centre, hit, deep.as_deref_mut());
-        if !bit(&self.scene.near[self.scene.occupied.len()..], i) {
-            return;
-        }
-        for face in 0..6 {
-            let beside = beside(cell, face);
-            let Some(j) = grid.index(beside).filter(|j| bit(self.scene.occupied, *j)) else { continue };
-            for slot in 0..2 {
-                let lent = self.plane(j, slot);
-                if slot == 1 && lent.triangle == 0 {
-                    break;
-                }
-                if is_missing(&lent, &one, &two, face, grid.cell_m) {
-                    self.meet(leg, &lent, grid.centre_m(beside), centre, hit, deep.as_deref_mut());
-                }
+        let met = match self.method {
+            Method::TwoPlanes => {
+                self.scene.near[self.scene.occupied.len() + i / 2] >> (16 * (i % 2)) & 0xffff
             }
+            _ => 1,
+        };
+        for k in (0..14).filter(|k| met >> k & 1 != 0) {
+            let stored = cell_of_met(cell, k);
+            let plane = self.plane(grid.index(stored).expect("in the grid"), k & 1);
+            self.meet(leg, &plane, grid.centre_m(stored), grid.centre_m(cell), hit, deep.as_deref_mut());
         }
     }
 

@@ -8,7 +8,7 @@ const ALIKE: f32 = 0.985;
 
 /// Twin of `near.comp`.
 pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
-    let mut bits = vec![0u32; 2 * occupied.len()];
+    let mut bits = vec![0u32; 17 * occupied.len()];
     let most = UVec3::from(grid.cells).as_ivec3() - 1;
     for i in 0..grid.count() {
         let cell = grid.cell(i);
@@ -20,29 +20,43 @@ pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<
             })
         });
         bits[i / 32] |= u32::from(is_near) << (i % 32);
-        let is_crowded = || {
-            let (one, two) = (planes[2 * i], planes[2 * i + 1]);
-            let lacks = |face: usize| {
-                let beside = grid.index(beside(cell, face)).filter(|j| bit(occupied, *j));
-                beside.is_some_and(|j| {
-                    let is = |lent: &Plane| is_missing(lent, &one, &two, face, grid.cell_m);
-                    is(&planes[2 * j]) || (planes[2 * j + 1].triangle != 0 && is(&planes[2 * j + 1]))
-                })
-            };
-            two.triangle != 0 && (0..6).any(lacks)
-        };
-        bits[occupied.len() + i / 32] |= u32::from(bit(occupied, i) && is_crowded()) << (i % 32);
+        if bit(occupied, i) {
+            bits[occupied.len() + i / 2] |= met_in(grid, occupied, planes, cell) << (16 * (i % 2));
+        }
     }
     bits
 }
 
-pub(super) fn beside(cell: IVec3, face: usize) -> IVec3 {
-    let mut beside = cell;
-    beside[face >> 1] += if face & 1 == 0 { -1 } else { 1 };
-    beside
+fn met_in(grid: &Grid, occupied: &[u32], planes: &[Plane], cell: IVec3) -> u32 {
+    let plane = |k: usize| {
+        let stored = grid.index(cell_of_met(cell, k)).filter(|j| bit(occupied, *j))?;
+        Some(planes[2 * stored + (k & 1)]).filter(|it| it.triangle != 0)
+    };
+    let (Some(one), Some(two)) = (plane(0), plane(1)) else { return 1 };
+    let mut met = 3;
+    for k in 2..14 {
+        let Some(lent) = plane(k).filter(|it| is_missing(it, &one, &two, (k >> 1) - 1, grid.cell_m)) else {
+            continue;
+        };
+        let is_like =
+            |other: usize| met >> other & 1 != 0 && plane(other).is_some_and(|it| is_alike(&lent, &it));
+        if !(2..k).any(is_like) {
+            met |= 1 << k;
+        }
+    }
+    met
 }
 
-pub(super) fn is_missing(lent: &Plane, one: &Plane, two: &Plane, face: usize, cell_m: f32) -> bool {
+pub(super) fn cell_of_met(cell: IVec3, k: usize) -> IVec3 {
+    let mut stored = cell;
+    if k >= 2 {
+        let face = (k >> 1) - 1;
+        stored[face >> 1] += if face & 1 == 0 { -1 } else { 1 };
+    }
+    stored
+}
+
+fn is_missing(lent: &Plane, one: &Plane, two: &Plane, face: usize, cell_m: f32) -> bool {
     let [x, y, z] = lent.normal.map(f32::abs);
     let away = lent.distance_m + lent.normal[face >> 1] * if face & 1 == 0 { cell_m } else { -cell_m };
     !is_alike(lent, one) && !is_alike(lent, two) && away.abs() <= ((x + y) + z) * (0.501 * cell_m)
