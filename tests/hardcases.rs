@@ -212,6 +212,6 @@ fn the_linear_study_finds_the_known_errors_and_its_report_is_whole() {
     let error = whitecap::study::study(&gpu, &["wine".into()], true, &mut |_| ()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "no study `wine`; there are water linear, water non-linear, black hole, ballistic, disks"
+        "no study `wine`; there are water linear, water non-linear, black hole, ballistic, disks, volume"
     );
 }
