@@ -3,7 +3,7 @@
 //! that reaches in. What does not change goes on as it is; a simulation that is made anew goes on from the state of the
 //! one before where the two have the same state, and else begins anew.
 
-use super::{effects::Emitters, effects::Source, gas::Gas, lake::Lake, room::Room, RunError, World};
+use super::{effects::Emitters, effects::Source, gas::Gas, lake::Lake, room::Room, world, RunError, World};
 use crate::{
     disks::{Space, Stir},
     draw::{shadow::Shadow, Camera, Stage},
@@ -72,7 +72,7 @@ impl World {
     /// If the device has no room.
     pub fn resize(&mut self, gpu: &Gpu, plan: &Plan, size: UVec2) -> Result<(), RunError> {
         self.stage.resize(gpu, size)?;
-        let (shadow, _) = super::around(&self.room);
+        let (shadow, _) = world::around(&self.room);
         self.emitters.redraw(gpu, &self.stage, shadow, &plan.emitters)
     }
 
@@ -100,7 +100,7 @@ impl World {
             return self.begin_again(gpu, scene, plan, old);
         }
         // Everything is made before anything is replaced.
-        let look = super::look_of(scene);
+        let look = world::look_of(scene);
         let mut lakes = Vec::new();
         for (i, (water, planned)) in scene.water.iter().zip(&plan.waters).enumerate() {
             let is_same = self.scene.water.get(i) == Some(water) && old.waters.get(i) == Some(planned);
@@ -138,14 +138,14 @@ impl World {
         let mut left = Left::default();
         if is_other_set {
             let mut emitters =
-                super::emitters_of(gpu, &mut self.stage, scene, plan, super::around(&self.room))?;
+                world::emitters_of(gpu, &mut self.stage, scene, plan, world::around(&self.room))?;
             emitters.go_on_from(&self.emitters)?;
             left.emitters = Some(std::mem::replace(&mut self.emitters, emitters));
         } else {
             let changed = self.emitters.changed(
                 gpu,
                 &self.stage,
-                super::around(&self.room),
+                world::around(&self.room),
                 &plan.emitters,
                 &old.emitters,
             )?;
@@ -180,7 +180,7 @@ impl World {
     }
 
     fn adopt(&mut self, scene: &Scene, plan: &Plan) {
-        self.lamp = super::lamp_of(plan);
+        self.lamp = world::lamp_of(plan);
         self.scene = scene.clone();
     }
 
