@@ -80,6 +80,7 @@ impl Brush {
         rec.barrier(Access::ComputeReadWrite, paint::Paint::ENTRY);
         if all && !self.still.is_empty() {
             self.canvas.record_place(rec, &self.still);
+            rec.barrier(Access::ComputeReadWrite, paint::Paint::ENTRY);
         }
         if !self.moving.is_empty() {
             self.canvas.record_place(rec, &self.moving);
