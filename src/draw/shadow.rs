@@ -4,6 +4,7 @@
 
 use crate::gpu::{Access, Buffer, Gpu, Image, ImageUse, Recorder, Residence, Resource, Result, Target};
 use glam::{Vec3, Vec4};
+use std::slice;
 
 /// What a shader knows of the map: `Shadow` in `glsl/draw/shadow.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -36,6 +37,7 @@ impl ShadowView {
 
 /// The map.
 pub struct Shadow {
+    view: ShadowView,
     views: Buffer,
     depth: Buffer,
     drawn: Image,
@@ -54,8 +56,9 @@ impl Shadow {
     /// If the device cannot draw, or has no room.
     pub fn new(gpu: &Gpu, side: u32) -> Result<Self> {
         let image = |name, purpose| Image::new(gpu, name, [side, side], purpose, 1);
-        let views = Buffer::new(gpu, "draw.shadow.view", size_of::<ShadowView>() as u64, Residence::Upload)?;
+        let views = Buffer::new(gpu, "draw.shadow.view", size_of::<ShadowView>() as u64, Residence::Device)?;
         Ok(Self {
+            view: bytemuck::Zeroable::zeroed(),
             views,
             depth: Buffer::new(gpu, "draw.shadow", 4 * u64::from(side).pow(2), Residence::Device)?,
             drawn: image("draw.shadow.depth", ImageUse::CopiedDepth)?,
@@ -68,9 +71,9 @@ impl Shadow {
         self.drawn.size()[0]
     }
 
-    /// What the next map shows. The last one must be finished.
-    pub fn set_view(&self, view: &ShadowView) {
-        self.views.write(0, &[*view]);
+    /// What the next map shows: maps on their way are not disturbed.
+    pub fn set_view(&mut self, view: &ShadowView) {
+        self.view = *view;
     }
 
     /// `Shadows` and `ShadowDepth`, for pipelines that are lit.
@@ -94,6 +97,9 @@ impl Shadow {
             clear: Some([0.0; 4]),
             goes_on: true,
         };
+        rec.barrier(Access::GraphicsRead, Access::FillWrite); // of the picture before this one
+        rec.update(&self.views, slice::from_ref(&self.view));
+        rec.barrier(Access::FillWrite, Access::GraphicsRead);
         rec.barrier(Access::ColorWrite, Access::ColorWrite);
         rec.barrier(Access::CopyRead, Access::DepthWrite);
         rec.barrier(Access::DepthWrite, Access::DepthWrite);

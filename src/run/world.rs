@@ -216,7 +216,7 @@ impl World {
             view.lamp = (light * flicker as f32).extend(0.0);
         }
         self.stage.set_view(&view);
-        if let Some((room, shadow)) = &self.room {
+        if let Some((room, shadow)) = &mut self.room {
             shadow.set_view(&room.shadow_view(sun, shadow.side()));
         }
     }

@@ -39,9 +39,14 @@ fn texts(dir: &Path) -> Result<BTreeMap<String, String>, String> {
         let entries = fs::read_dir(dir).map_err(|error| format!("{}: {error}", dir.display()))?;
         Ok(entries.flatten().map(|entry| entry.path()).collect())
     };
+    // Editors leave files of their own beside these.
+    let is_glsl = |path: &PathBuf| {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        path.is_file() && ending.is_some_and(|it| matches!(it, "comp" | "vert" | "frag" | "geom" | "glsl"))
+    };
     let mut all = BTreeMap::new();
     for module in list(dir)?.into_iter().filter(|path| path.is_dir()) {
-        for path in list(&module)?.into_iter().filter(|path| path.is_file()) {
+        for path in list(&module)?.into_iter().filter(is_glsl) {
             let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
             let name = path.strip_prefix(dir).unwrap_or(&path).to_string_lossy().replace('\\', "/");
             all.insert(name, text);

@@ -50,7 +50,11 @@ impl Viewer {
                     return Action::of(code).map_or(Ok(true), |action| self.act(action));
                 }
             }
-            WindowEvent::Focused(false) => (self.held, self.grasp) = (Held::default(), None),
+            WindowEvent::Focused(false) => {
+                self.held = Held::default();
+                (self.turns, self.pans) = (false, false);
+                self.let_go();
+            }
             WindowEvent::CursorMoved { position, .. } => {
                 let at = Vec2::new(position.x as f32, position.y as f32);
                 let by = at - self.pointer;
