@@ -2,7 +2,7 @@
 //! A pool of particles in cells that were filled on the host or by a voxelisation: what hard cases, the study and tests of
 //! the law `colliding` run.
 
-use super::Result;
+use super::{Error, Result};
 use crate::{
     cells::{Cells, Grid, Read},
     gpu::{Access, Buffer, Gpu, Recorder, Residence},
@@ -28,6 +28,7 @@ pub struct Arena {
     /// What they hit.
     pub stream: Stream,
     law: Colliding,
+    thrown: usize,
     index: u64,
     start: Option<Buffer>,
     gpu: Gpu,
@@ -70,7 +71,16 @@ impl Arena {
         };
         let mut pool = kernels.pool_with(&info, &surroundings.resources(&stream))?;
         pool.upload(particles)?;
-        Ok(Self { pool, surroundings, stream, law, index: 0, start: None, gpu: gpu.clone() })
+        Ok(Self {
+            pool,
+            surroundings,
+            stream,
+            law,
+            thrown: particles.len(),
+            index: 0,
+            start: None,
+            gpu: gpu.clone(),
+        })
     }
 
     /// Cells of meshes that do not move: exactly, or as slices drawn from above have them.
@@ -146,12 +156,21 @@ impl Arena {
         Ok(())
     }
 
-    /// The particles, slot by slot.
+    /// The particles, slot by slot, all that were put in: nobody who is lost counts as kept.
     ///
     /// # Errors
-    /// The device's.
+    /// The device's, and [`Error::Wrong`] if the law has lost some, as what is no number is.
     pub fn particles(&self) -> Result<Vec<Particle>> {
-        Ok(self.pool.living()?)
+        let all = self.pool.living()?;
+        if all.len() != self.thrown {
+            let apart = self.thrown.abs_diff(all.len()) as f64;
+            return Err(Error::Wrong {
+                variant: "colliding: particles in the pool".into(),
+                apart,
+                allowed: 0.0,
+            });
+        }
+        Ok(all)
     }
 
     /// Impacts of the last step, and counts.
