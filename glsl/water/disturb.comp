@@ -4,7 +4,7 @@
 
 // Adds the disturbances that water.weigh has prepared. A workgroup owns a tile of columns: it marks which disturbances
 // reach the tile, 32 in a word, and then every column adds those in the order of the list. No atomics on heights, so
-// the result is the same on every run. CPU twin: water::cpu::disturb.
+// the result is the same on every run. CPU twin: water::cpu_disturb::disturb.
 
 const uint TILE = 16u;
 layout(local_size_x = TILE, local_size_y = TILE) in;

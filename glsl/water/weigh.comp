@@ -5,7 +5,7 @@
 // Prepares disturbances, one workgroup each: refuses what is not finite or absurd, and finds the scale that makes the
 // volume exact, to rounding, on the columns that the disc really covers (walls and shores cut discs). Counts what became
 // of them.
-// CPU twin: water::cpu::weigh.
+// CPU twin: water::cpu_disturb::weigh.
 
 layout(local_size_x = 64) in;
 

@@ -1,113 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
-use super::{live::Counters, room::Volume, stats::EmitterStats, swarm::Swarm, RunError};
+use super::{
+    live::Counters,
+    room::Volume,
+    source::{Drawn, Flow, Source},
+    stats::EmitterStats,
+    swarm::Swarm,
+    RunError,
+};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
-    draw::{
-        shadow::Shadow,
-        sprites::{Path, SplatSprites, Splats, Sprites, SpritesInfo, Texture},
-        Stage,
-    },
-    gpu::{Access, Buffer, Gpu, Recorder, Resource},
+    draw::{shadow::Shadow, sprites::Splats, Stage},
+    gpu::{Access, Buffer, Gpu, Recorder},
     particles::balls::BallsDraw,
     scene::{Draw, EmitterPlan, PlannedThrows},
 };
 use glam::Vec3;
-use std::ffi::CStr;
-
-/// The shaders of one emitter's sprites, bound.
-pub(super) enum Drawn {
-    Triangles(Sprites),
-    Splat(SplatSprites),
-    Balls(BallsDraw),
-}
-
-impl Drawn {
-    /// `P`: push constants of the effect.
-    pub fn new<P>(
-        gpu: &Gpu,
-        stage: &Stage,
-        splats: Option<&Splats>,
-        plan: &EmitterPlan,
-        name: &'static CStr,
-        resources: &[(&str, Resource<'_>)],
-    ) -> Result<Self, RunError> {
-        let texture = plan.texture.as_ref().map(|(size, rgba)| Texture::new(gpu, *size, rgba)).transpose()?;
-        let path = match plan.draw {
-            Draw::Quads => Path::Quads { vertex: &plan.sprites },
-            Draw::Geometry => Path::Geometry { geometry: &plan.sprites },
-            Draw::Balls => unreachable!("a pool draws its balls itself"),
-            Draw::Splat => {
-                let splats = splats.expect("sums for those who splat");
-                let sprites = SplatSprites::new::<P>(gpu, stage, splats, (name, &plan.sprites), resources)?;
-                return Ok(Self::Splat(sprites));
-            }
-        };
-        let info =
-            SpritesInfo { name, path, resources, texture: texture.as_ref(), soft: plan.soft, constants: &[] };
-        Ok(Self::Triangles(Sprites::new::<P>(gpu, stage, &info)?))
-    }
-}
-
-/// An effect in closed form.
-pub(super) struct Flow {
-    name: String,
-    effect: Effect,
-    ground: GroundGrid,
-    seed: u32,
-    stream: u32,
-    capacity: u32,
-    drawn: Drawn,
-    params: Params,
-}
-
-impl Flow {
-    fn at(&mut self, time_s: f64) {
-        let now = Moment::from_s(time_s);
-        self.params = self.effect.params(now, self.seed, self.stream, &self.ground, self.capacity);
-    }
-
-    fn count(&self) -> u32 {
-        (self.params.births * self.params.burst).min(self.capacity)
-    }
-
-    fn counts(&self) -> EmitterStats {
-        let burst = u64::from(self.params.burst);
-        let births = u64::from(self.params.newest) + (u64::from(self.params.newest_high) << 32) + 1;
-        let (born, alive) = (births * burst, u64::from(self.params.births) * burst);
-        EmitterStats {
-            name: self.name.clone(),
-            born,
-            alive,
-            dropped: alive - u64::from(self.count()),
-            aged: born - alive,
-            ..EmitterStats::default()
-        }
-    }
-}
-
-/// What one emitter is on the GPU.
-pub(super) enum Source {
-    Flow(Box<Flow>),
-    Swarm(Box<Swarm>),
-}
-
-impl Source {
-    fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
-        match (self, old) {
-            (Self::Swarm(new), Self::Swarm(old)) => new.go_on_from(old),
-            _ => Ok(()), // what is not stored has nothing to go on with
-        }
-    }
-
-    fn is_triangles(&self) -> bool {
-        match self {
-            Self::Flow(flow) => matches!(flow.drawn, Drawn::Triangles(_)),
-            Self::Swarm(swarm) => swarm.is_triangles(),
-        }
-    }
-}
 
 /// What balls are shadowed by, and what those that collide meet; both belong to the room.
 pub(super) type Around<'a> = (Option<&'a Shadow>, Option<&'a Volume>);

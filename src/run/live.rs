@@ -3,7 +3,7 @@
 //! that reaches in. What does not change goes on as it is; a simulation that is made anew goes on from the state of the
 //! one before where the two have the same state, and else begins anew.
 
-use super::{effects::Emitters, effects::Source, gas::Gas, lake::Lake, room::Room, world, RunError, World};
+use super::{effects::Emitters, gas::Gas, lake::Lake, room::Room, source::Source, world, RunError, World};
 use crate::{
     disks::{Space, Stir},
     draw::{shadow::Shadow, Camera, Stage},

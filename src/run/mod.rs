@@ -14,6 +14,7 @@ mod lake;
 mod live;
 pub mod picture;
 mod room;
+mod source;
 pub mod stats;
 pub mod swarm;
 pub mod trace;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, effects::Drawn, live::Counters, room::Volume, stats::EmitterStats, RunError};
+use super::{checkpoint::fnv, live::Counters, room::Volume, source::Drawn, stats::EmitterStats, RunError};
 use crate::{
     clock::FixedStep,
     draw::{

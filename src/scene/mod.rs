@@ -22,6 +22,7 @@
 //! ```
 
 mod asc;
+mod attractors;
 pub mod builtin;
 mod choose;
 mod colliding;
@@ -49,6 +50,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+pub use attractors::Attractor;
+pub(crate) use attractors::MOST_CENTRES;
 pub use choose::{percent, percent_expected, Choice, Variant, Verdict};
 pub use colliding::CollidingScene;
 pub use disks::{DisksScene, Heavy};
@@ -61,8 +64,7 @@ pub use motion::{Key, Motion};
 pub use node::Override;
 pub use paint::{PaintPlan, PaintScene, Painter};
 pub use parameter::{Given, Parameter, Takes};
-pub(crate) use particles::MOST_CENTRES;
-pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
+pub use particles::{Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub(crate) use plan::SHADOW_SIDE;
 pub use plan::{Plan, PlannedBuffer, WaterPlan, DISTURBANCES};
 pub use simulation::Simulation;

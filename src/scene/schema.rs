@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::{
-    builtin, disks,
+    attractors, builtin, disks,
     error::ProblemKind,
     heightmap::{self, Format},
     meshes,
@@ -47,7 +47,7 @@ pub(super) fn scene(
         let next = water_table::water(table, terrain.as_ref(), &water, &output);
         water.push(next);
     }
-    let attractors = particles::attractors(&mut table);
+    let attractors = attractors::attractors(&mut table);
     let emitters = particles::emitters(&mut table, &attractors, terrain.is_some() || !water.is_empty());
     let disks = disks::disks(&mut table);
     let meshes = meshes::meshes(&mut table);

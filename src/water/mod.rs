@@ -3,25 +3,25 @@
 //! Computation with Direct3D 11", 2011, section 12.1; O'Brien and Hodgins, "Dynamic Simulation of Splashing Fluids",
 //! 1995).
 //!
-//! | kernel                | reads                                 | writes                  | CPU twin                |
-//! | --------------------- | ------------------------------------- | ----------------------- | ----------------------- |
-//! | `water.book`          | columns                               | new columns             | [`cpu::Book`]           |
-//! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]          |
-//! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]          |
-//! | `water.waves_f16`     | height, velocity                      | velocity, new height    |                         |
-//! | `water.fused_f16`     | height, velocity                      | new height and velocity |                         |
-//! | `water.pack`          | floats                                | halves                  |                         |
-//! | `water.unpack`        | halves                                | floats                  |                         |
-//! | `water.fourth`        | height, velocity                      | velocity, new height    | [`cpu_fourth::Fourth`]  |
-//! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
-//! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]    |
-//! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]     |
-//! | `water.shallow`       | ground, rise, rise before, velocities | new rise and velocities | [`cpu_wet::Depths`]     |
-//! | `water.absorb`        | height, velocity                      | height, velocity        | [`cpu_absorb::absorb`]  |
-//! | `water.draught`       | height, poses                         | poses                   | [`cpu_bodies::draught`] |
-//! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]    |
-//! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu::weigh`]          |
-//! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu::disturb`]        |
+//! | kernel                | reads                                 | writes                  | CPU twin                 |
+//! | --------------------- | ------------------------------------- | ----------------------- | ------------------------ |
+//! | `water.book`          | columns                               | new columns             | [`cpu::Book`]            |
+//! | `water.waves`         | height, velocity                      | velocity, new height    | [`cpu::Waves`]           |
+//! | `water.fused`         | height, velocity                      | new height and velocity | [`cpu::Waves`]           |
+//! | `water.waves_f16`     | height, velocity                      | velocity, new height    |                          |
+//! | `water.fused_f16`     | height, velocity                      | new height and velocity |                          |
+//! | `water.pack`          | floats                                | halves                  |                          |
+//! | `water.unpack`        | halves                                | floats                  |                          |
+//! | `water.fourth`        | height, velocity                      | velocity, new height    | [`cpu_fourth::Fourth`]   |
+//! | `water.pipes`         | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]     |
+//! | `water.pipes_fused`   | height, flow                          | new height and flow     | [`cpu_pipes::Pipes`]     |
+//! | `water.wet`           | ground, rise, flows                   | new rise, new flows     | [`cpu_wet::Depths`]      |
+//! | `water.shallow`       | ground, rise, rise before, velocities | new rise and velocities | [`cpu_wet::Depths`]      |
+//! | `water.absorb`        | height, velocity                      | height, velocity        | [`cpu_absorb::absorb`]   |
+//! | `water.draught`       | height, poses                         | poses                   | [`cpu_bodies::draught`]  |
+//! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]     |
+//! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu_disturb::weigh`]   |
+//! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu_disturb::disturb`] |
 //!
 //! [`book`], [`waves`], [`fused`] and [`pipes`] solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid
 //! of square columns in a closed
@@ -41,6 +41,7 @@ pub mod book;
 pub mod cpu;
 pub mod cpu_absorb;
 pub mod cpu_bodies;
+pub mod cpu_disturb;
 pub mod cpu_fourth;
 pub mod cpu_pipes;
 pub mod cpu_wet;

@@ -9,7 +9,7 @@ use glam::{uvec2, vec2, UVec2};
 use whitecap::{
     gpu::Access,
     water::{
-        cpu, oracle,
+        cpu, cpu_disturb, oracle,
         starts::{self, Start},
         Book, BookState, Counts, Disturb, DisturbParams, Disturbance, Error, Model, Tuning, Walls, Waves,
         WavesState, LAND_M,
@@ -480,9 +480,9 @@ fn disturbances_do_what_their_twin_does_and_are_exact_in_volume() {
 
         let (mut items, mut counts) = (disturbances(), Counts::default());
         let plain = DisturbParams { pitch: ODD.x, ..params };
-        cpu::weigh(&plain, &start.height_m, &mut items, &mut counts);
+        cpu_disturb::weigh(&plain, &start.height_m, &mut items, &mut counts);
         let (mut want, mut want_velocity) = (start.height_m.clone(), vec![0.0; height.len()]);
-        cpu::disturb(&plain, &items, &mut want, &mut want_velocity);
+        cpu_disturb::disturb(&plain, &items, &mut want, &mut want_velocity);
         assert_eq!(list.counts().unwrap(), counts);
         assert_eq!((counts.rejected, counts.missed), (4, if islands { 3 } else { 2 }));
         let wet = |h: &[f32]| -> Vec<f32> { h.iter().map(|&h| if h == LAND_M { 0.0 } else { h }).collect() };
