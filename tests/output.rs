@@ -547,14 +547,15 @@ fn committed_results_have_todays_shapes() {
 /// A study as it is written, and a scene whose rules think otherwise than the device that the study is of.
 #[test]
 fn a_measured_table_chooses_again_by_its_own_costs() {
-    let scene = |tolerance: f64| {
+    let with = |tolerance: f64, walls: &str| {
         let text = format!(
             "output = {{ size = [16, 16], fps = 1, frames = 20 }}\n[[water]]\nname = 'hill'\ncells = [128, 128]\n\
              size_m = [10, 10]\ndepth_m = 1\ngravity_mps2 = 1\ndamping_per_s = 0\ntolerance = {tolerance}\n\
-             start = {{ shape = 'hump', height_m = 1e-6, radius_m = 0.5 }}\n"
+             start = {{ shape = 'hump', height_m = 1e-6, radius_m = 0.5 }}\n{walls}"
         );
         Scene::parse(&text, "hill", None, &[]).unwrap()
     };
+    let scene = |tolerance: f64| with(tolerance, "");
     let row = |variant: &str, size: u32, error: f64, ns: f64| Point {
         size,
         ns_per_item: ns,
@@ -589,6 +590,9 @@ fn a_measured_table_chooses_again_by_its_own_costs() {
     // Where only the fourth order is accurate enough both take it.
     let narrow = measured.refine(&scene(0.001));
     assert_eq!((narrow[0].variant.as_str(), narrow[0].is_taken), ("waves/fourth", true));
+    // Studies are of open water: among walls the same kernel takes several times as long.
+    let walled = measured.refine(&with(0.1, "[[water.wall]]\nfrom_m = [0, 1]\nto_m = [3, 2]\n"));
+    assert!(walled[0].ns_per_column_second > 2.0 * refined[0].ns_per_column_second, "{walled:?}");
     // A scene without a tolerance has nothing to choose by cost.
     assert_eq!(measured.refine(&whitecap::scene::builtin::load("fjord", &[]).unwrap()), []);
 

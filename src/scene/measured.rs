@@ -86,12 +86,14 @@ impl Measured {
         its.min_by(|a, b| apart(a).total_cmp(&apart(b))).map(|point| point.ns_per_item)
     }
 
-    /// The choice again for every water of `scene` that has a tolerance: the same expected errors, the costs measured.
+    /// The choice again for every water of `scene` that has a tolerance: the same expected errors, the costs measured, and for
+    /// land the ratio of the rules.
     pub fn refine(&self, scene: &Scene) -> Vec<Refined> {
-        scene.water.iter().filter_map(|water| self.refine_water(water, scene.output.fps)).collect()
+        let refined = |water| self.refine_water(water, scene.terrain.is_some(), scene.output.fps);
+        scene.water.iter().filter_map(refined).collect()
     }
 
-    fn refine_water(&self, water: &WaterScene, fps: f64) -> Option<Refined> {
+    fn refine_water(&self, water: &WaterScene, has_terrain: bool, fps: f64) -> Option<Refined> {
         let (tolerance, choice) = (water.tolerance?, &water.choice);
         let taken = choice.taken();
         let able = |v: &&Verdict| {
@@ -109,11 +111,14 @@ impl Measured {
             let fused = verdict.name.split_once('/').map(|(kernel, rest)| format!("{kernel}/fused/{rest}"));
             let fused = fused.filter(|_| !water.acts_each_step() && 1.0 / fps >= 2.0 * step_s);
             let names = fused.iter().map(String::as_str).chain([verdict.name.as_str()]);
-            let Some(ns) = names.filter_map(|name| self.ns_per_column(name, columns)).reduce(f64::min) else {
+            // Studies are of open water: what land costs is known from the rules alone.
+            let land = choose::land_factor(water, &verdict.variant, has_terrain, fps, step_s);
+            let ns = names.filter_map(|name| self.ns_per_column(name, columns)).reduce(f64::min);
+            let Some((ns, land)) = ns.zip(land) else {
                 unmeasured.push(verdict.name.clone());
                 continue;
             };
-            let cost = ns / step_s;
+            let cost = ns * land / step_s;
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, verdict));
             }

@@ -3,20 +3,18 @@
 
 use super::{
     super::{Model, WaterScene},
-    Variant, Wishes,
+    Variant,
 };
 use glam::UVec2;
 use std::collections::BTreeSet;
 
 /// A step of a column (ns): what an H100 80GB HBM3 with driver 580.159.04 measured (docs/results), at 4096 x 4096 but for
 /// waves with land a step a dispatch, at 8192 x 8192. `None`: not measured. Fused kernels cost as their steps do, but a
-/// dispatch no less than one of a step.
-pub(super) fn cost_ns(water: &WaterScene, variant: &Variant, wishes: &Wishes, fps: f64, step_s: f64) -> Option<f64> {
-    let has_land = wishes.has_terrain || !water.barriers.is_empty();
-    let shores = if wishes.has_terrain { 1.0 } else { shore_share(water) };
+/// dispatch no less than one of a step. `shores`: share of the tiles with land, if there is any.
+fn step_ns(water: &WaterScene, variant: &Variant, shores: Option<f64>, fps: f64, step_s: f64) -> Option<f64> {
     // Between the rates of `coast`, of whose tiles a tenth are shores, and of `islands`, of whose tiles all are.
     let with_land = |coast: f64, islands: f64| {
-        let share = ((shores - COAST) / (1.0 - COAST)).max(0.0);
+        let share = ((shores.unwrap_or(0.0) - COAST) / (1.0 - COAST)).max(0.0);
         1.0 / ((1.0 - share) / coast + share / islands)
     };
     let steps = (1.0 / (fps * step_s)).max(1.0);
@@ -28,7 +26,7 @@ pub(super) fn cost_ns(water: &WaterScene, variant: &Variant, wishes: &Wishes, fp
             (1.0 / many).max(1.0 / (one * steps))
         }
     };
-    Some(match (variant.model, variant.order, has_land) {
+    Some(match (variant.model, variant.order, shores.is_some()) {
         (Model::Book, ..) => 1.0 / 50.4,
         (Model::Waves, 4, false) => 1.0 / 170.0,
         (Model::Waves, 4, true) => 1.0 / 58.8,
@@ -41,6 +39,38 @@ pub(super) fn cost_ns(water: &WaterScene, variant: &Variant, wishes: &Wishes, fp
         (Model::Wet, ..) => 1.0 / 86.3,
         (Model::Shallow, ..) => 1.0 / 52.9,
     })
+}
+
+/// Share of the tiles with land, if there is any.
+fn shores(water: &WaterScene, has_terrain: bool) -> Option<f64> {
+    match (has_terrain, water.barriers.is_empty()) {
+        (true, _) => Some(1.0),
+        (false, true) => None,
+        (false, false) => Some(shore_share(water)),
+    }
+}
+
+/// A step of a column (ns), if it was measured.
+pub(super) fn cost_ns(
+    water: &WaterScene,
+    variant: &Variant,
+    has_terrain: bool,
+    fps: f64,
+    step_s: f64,
+) -> Option<f64> {
+    step_ns(water, variant, shores(water, has_terrain), fps, step_s)
+}
+
+/// How many times what it takes in open water a step takes among the land of the scene, if it was measured.
+pub(in crate::scene) fn land_factor(
+    water: &WaterScene,
+    variant: &Variant,
+    has_terrain: bool,
+    fps: f64,
+    step_s: f64,
+) -> Option<f64> {
+    let open = step_ns(water, variant, None, fps, step_s)?;
+    Some(cost_ns(water, variant, has_terrain, fps, step_s)? / open)
 }
 
 /// Columns along a side of what a fused tile writes, and those beside it that it reads.

@@ -8,6 +8,7 @@ mod expected;
 mod lacks;
 mod step;
 
+pub(super) use cost::land_factor;
 pub(super) use step::step_s;
 
 use super::{Model, Walls, WaterScene};
@@ -190,7 +191,7 @@ pub(super) fn choose(
             name: variant.name(),
             model_error,
             grid_error,
-            ns_per_column_second: cost_ns(water, variant, wishes, fps, step_s)
+            ns_per_column_second: cost_ns(water, variant, wishes.has_terrain, fps, step_s)
                 .map(|ns| ns / step_s),
             lacks: lacks.first().map(|Lack { key, why, .. }| format!("{key}: {why}")),
         }
