@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `waves` with heights and velocities stored as halves: half the memory and traffic, for previews. Reads
-//! `glsl/water/waves_f16.comp`, `fused_f16.comp`, `pack.comp` and `unpack.comp`.
+//! `waves` with heights and velocities stored as halves: half the traffic of a step, for previews. Reads
+//! `glsl/water/waves_f16.comp`, `fused_f16.comp`, `pack.comp` and `unpack.comp`. Scene files do not offer it: docs/water.md says
+//! why.
 //!
 //! A half holds 11 bits. What a step adds to a height is often less than its last bit, so an error is not small: docs/water.md
 //! has it measured. Several steps a dispatch round once for all of them, and are better by as much.

@@ -12,7 +12,8 @@ use whitecap::{
     water::{
         oracle,
         starts::{self, Start},
-        Disturb, DisturbParams, Disturbance, FusedTuning, Halves, HalvesState, Model, PipesTuning, Walls,
+        Disturb, DisturbParams, Disturbance, Fused, FusedTuning, Halves, HalvesState, Model, PipesTuning,
+        Walls,
     },
 };
 
@@ -140,4 +141,16 @@ fn what_no_half_can_hold_is_refused() {
             assert!(error.contains("in cell 9") && error.contains(allowed), "{error}");
         }
     }
+}
+
+/// Why scene files do not offer them (docs/water.md): what is drawn and disturbed is floats.
+#[test]
+fn a_basin_of_halves_takes_no_less_memory_than_one_of_floats() {
+    let gpu = gpu();
+    let (cells, PipesTuning::Fused(tuning)) = (uvec2(640, 480), FUSED) else { unreachable!("it is fused") };
+    let floats = Fused::new(&gpu, tuning, Walls::Folded, false).unwrap().state(cells).unwrap();
+    let heights: u64 = floats.surfaces().iter().map(|surface| surface.height_m.bytes()).sum();
+    let velocities: u64 = floats.velocities().iter().flatten().map(|velocity| velocity.bytes()).sum();
+    let halves = Halves::new(&gpu, FUSED, Walls::Folded).unwrap().state(cells).unwrap();
+    assert!(halves.bytes() >= heights + velocities, "{} {heights} {velocities}", halves.bytes());
 }
