@@ -12,7 +12,7 @@ use whitecap::{
     study::{
         bench::{bench, rows, Options},
         hard::{self, Case},
-        runs::{apart, book_constants, rms, twin, Basin, Scheme},
+        runs::{apart, book_constants, farther, larger, rms, twin, Basin, Effort, Scheme},
         shapes::HardCase,
         write_report, Error, Progress,
     },
@@ -154,6 +154,28 @@ fn a_measurement_that_is_no_number_does_not_pass() {
         }
     }
     assert!(rms(&[f32::NAN]).is_nan());
+    for (a, b) in [(f64::NAN, 1.0), (1.0, f64::NAN), (f64::NAN, f64::NAN)] {
+        assert!(larger(a, b).is_nan() && farther(a, b).is_nan(), "{a} {b}");
+    }
+    assert_eq!((larger(1.0, -2.0), farther(1.0, -2.0)), (1.0, -2.0));
+    // Nor does a comparison with a twin that blew up, with too few columns, or of nothing at all.
+    assert_eq!(apart(&[1.0, 0.5], &[1.0, 0.75]), 0.25);
+    for (got, want) in [(&[1.0, 0.5][..], &[1.0, f64::NAN][..]), (&[1.0], &[1.0, 0.5]), (&[0.0], &[0.0])] {
+        assert!(!apart(got, want).is_finite(), "{got:?} {want:?}");
+    }
+}
+
+#[test]
+fn what_blows_up_while_it_is_timed_is_not_believed() {
+    let gpu = gpu();
+    let scheme = Scheme::named("waves/w0.25");
+    let model = scheme.model(book_constants(UVec2::splat(16)));
+    let start = |courant| starts::noise(model.with_courant(courant * model.courant_limit()));
+    let effort = Effort { run_ms: 5.0, fewest_runs: 3, budget_s: 0.1 };
+    let time = |courant| Basin::new(&gpu, scheme, &start(courant)).unwrap().time(effort);
+    assert!(time(0.95).unwrap().median_ms > 0.0);
+    let error = time(3.0).unwrap_err();
+    assert!(matches!(error, Error::BlownUp { spoiled: 256, of: 256, .. }), "{error}");
 }
 
 #[test]

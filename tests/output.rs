@@ -176,6 +176,8 @@ fn what_an_error_costs_is_read_between_two_sizes_and_never_beyond_them_in_silenc
     close(cost_of(0.03, &points).unwrap(), (400.0f64 / 300.0).powi(3), "between 100 and 200");
     close(cost_of(0.01, &points).unwrap(), 64.0, "between 200 and 400");
     close(cost_of(0.005, &points).unwrap(), 512.0, "EXTRAPOLATED: 1.00 % is the best");
+    // Where all are within it, it costs no more than the first.
+    close(cost_of(0.05, &points).unwrap(), 1.0, "at most: 100 columns");
     assert_eq!(cost_of(0.01, &points[..1]), None);
     // An error that no grid brings down has no cost.
     assert_eq!(cost_of(0.01, &[(100.0, 0.6, 1.0), (200.0, 0.6, 8.0)]), None);

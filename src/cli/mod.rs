@@ -201,7 +201,9 @@ impl From<study::Error> for Failure {
             study::Error::Meshes(error) => error.into(),
             study::Error::File(error) => error.into(),
             study::Error::NoSuch { .. } => Self::input(error),
-            study::Error::Lacks { .. } | study::Error::Wrong { .. } => Self::check(error.to_string()),
+            study::Error::Lacks { .. } | study::Error::Wrong { .. } | study::Error::BlownUp { .. } => {
+                Self::check(error.to_string())
+            }
         }
     }
 }

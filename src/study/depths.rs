@@ -2,6 +2,7 @@
 //! Basins of any depth for hard cases, benches and studies, as [`super::runs`] has them for waves.
 
 use super::{
+    must_be_numbers,
     runs::{larger, time, Effort, Timing},
     Result,
 };
@@ -120,7 +121,9 @@ impl DepthBasin {
     /// The device's.
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
         let (state, params) = (&mut self.state, &self.params);
-        time(&self.gpu, effort, |rec| record(state, rec, params))
+        let timing = time(&self.gpu, effort, |rec| record(state, rec, params))?;
+        must_be_numbers("water over ground", &self.columns()?.rise_m)?;
+        Ok(timing)
     }
 }
 

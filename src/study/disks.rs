@@ -2,7 +2,7 @@
 //! Disks: speed against the error of the pressure, and boxes for hard cases and benches.
 
 use super::{
-    runs::{time, Effort, Timing},
+    runs::{larger, time, Effort, Timing},
     shapes::{finite, Point, StudyResult},
     OnProgress, Progress, Result,
 };
@@ -169,6 +169,21 @@ impl Gas {
         Ok([0, 1].map(|k| each.iter().map(|it| f64::from(it[k])).sum()))
     }
 
+    /// What [`Gas::impulses`] gain in each part of a run, of so many steps.
+    ///
+    /// # Errors
+    /// The device's.
+    fn gains(&mut self, which: usize, steps: u32) -> Result<[f64; PARTS as usize]> {
+        let (mut gains, mut before) = ([0.0; PARTS as usize], self.impulses()?[which]);
+        for gain in &mut gains {
+            self.steps(steps)?;
+            let now = self.impulses()?[which];
+            *gain = now - before;
+            before = now;
+        }
+        Ok(gains)
+    }
+
     /// The time that a step takes, with all its substeps.
     ///
     /// # Errors
@@ -185,6 +200,25 @@ pub fn strays(model: &Model, got: &[Disk], want: &[Disk], radii: f64) -> f64 {
     let far = radii * want.iter().map(|disk| disk.radius_m).fold(f64::INFINITY, f64::min);
     let is_near = |(a, b): &(&Disk, &Disk)| model.way(a.at_m, b.at_m).length() <= far;
     1.0 - got.iter().zip(want).filter(is_near).count() as f64 / want.len() as f64
+}
+
+/// Largest overlap, of the sum of the radii; not a number if a disk is nowhere, which overlaps nobody.
+pub fn overlap(model: &Model, disks: &[Disk]) -> f64 {
+    match disks.iter().all(|disk| disk.at_m.is_finite()) {
+        true => oracle::overlap(model, disks),
+        false => f64::NAN,
+    }
+}
+
+/// Parts of a run that are told apart: how they differ says how far the whole can be believed.
+const PARTS: u32 = 8;
+
+/// Mean, and its standard error.
+fn mean(parts: &[f64; PARTS as usize]) -> (f64, f64) {
+    let n = f64::from(PARTS);
+    let mean = parts.iter().sum::<f64>() / n;
+    let square = parts.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (square / n).sqrt())
 }
 
 /// A fluid in equilibrium, and how long to watch it.
@@ -205,6 +239,8 @@ pub struct Watch {
 pub struct Seen {
     /// `P V / (N k T)`, of Henderson's, less 1.
     pub pressure: f64,
+    /// Standard error of that.
+    pub doubt: f64,
     /// Momentum, of the sum of its lengths.
     pub momentum: f64,
     /// Energy, of the start's, less 1.
@@ -227,43 +263,49 @@ pub fn watch(gpu: &Gpu, variant: &Variant, what: Watch, substeps: Option<u32>) -
     let steps = what.collisions.map(|n| (n / a_step).ceil().max(2.0) as u32);
     let mut gas = Gas::measuring(gpu, variant, &model, &start.disks, substeps, true)?;
     gas.steps(steps[0])?;
-    let before = gas.impulses()?[0];
-    gas.steps(steps[1])?;
-    let virial = gas.impulses()?[0] - before;
+    let in_part = steps[1].div_ceil(PARTS);
+    let parts = gas.gains(0, in_part)?;
     let disks = gas.disks()?;
-    let z = oracle::pressure_of_virial(&model, &disks, virial, f64::from(steps[1]) * model.dt_s);
+    let z = |virial| oracle::pressure_of_virial(&model, &disks, virial, f64::from(in_part) * model.dt_s);
+    let henderson = oracle::pressure(variant.space, what.packing);
+    let (pressure, doubt) = mean(&parts.map(|virial| z(virial) / henderson - 1.0));
     let (momentum, lengths) = oracle::momentum(&model, &disks);
     Ok(Seen {
-        pressure: z / oracle::pressure(variant.space, what.packing) - 1.0,
+        pressure,
+        doubt,
         momentum: momentum.length() / lengths,
         energy: oracle::energy(&model, &disks) / oracle::energy(&model, &start.disks) - 1.0,
-        overlap: oracle::overlap(&model, &disks),
+        overlap: overlap(&model, &disks),
         substeps,
     })
 }
 
-/// Pressure of the tutorial's response on walls, of exact motion in the same box, less 1: reversed velocities are no impulse
-/// of a pair. `way`: root mean square of a step (radii).
+/// Pressure of the tutorial's response on walls, of exact motion in the same box, less 1, and its standard error: reversed
+/// velocities are no impulse of a pair. `way`: root mean square of a step (radii); of a disk, exact motion takes so many
+/// `collisions`, and the response four times as many.
 ///
 /// # Errors
 /// The device's.
-pub fn seed_pressure(gpu: &Gpu, packing: f64, way: f64) -> Result<f64> {
+pub fn seed_pressure(gpu: &Gpu, packing: f64, way: f64, collisions: f64) -> Result<(f64, f64)> {
     let start = between_walls(starts::fluid(Space::Flat, 256, packing, 7));
     let a_second = Model { dt_s: 1.0, ..start.model }.collisions_a_step(&start.disks);
-    let [warm_s, long_s] = [20.0, 80.0].map(|n| (n / a_second).max(10.0));
+    let [warm_s, long_s] = [20.0, collisions].map(|n| (n / a_second).max(10.0));
     let mut exact = Exact::new(start.model, &start.disks);
     exact.run(warm_s);
-    exact.reset();
-    exact.run(long_s);
+    let part_s = long_s / f64::from(PARTS);
+    let (want, of_want) = mean(&[(); PARTS as usize].map(|()| {
+        exact.reset();
+        exact.run(part_s);
+        exact.wall / part_s
+    }));
     let variant = Variant::named("sorted/seed");
     let model = Model { dt_s: way, response: variant.response, ..start.model };
     let mut gas = Gas::measuring(gpu, &variant, &model, &start.disks, 1, true)?;
     gas.steps((warm_s / way) as u32)?;
-    let before = gas.impulses()?[1];
-    let steps = (4.0 * long_s / way) as u32;
-    gas.steps(steps)?;
-    let wall = (gas.impulses()?[1] - before) / (way * f64::from(steps));
-    Ok(wall / (exact.wall / long_s) - 1.0)
+    let steps = (4.0 * part_s / way) as u32;
+    let (got, of_got) = mean(&gas.gains(1, steps)?.map(|wall| wall / (way * f64::from(steps))));
+    let ratio = got / want;
+    Ok((ratio - 1.0, ratio * (of_got / got).hypot(of_want / want)))
 }
 
 /// A box whose lattice leaves room at the walls.
@@ -296,11 +338,17 @@ const WAY: f64 = 0.5;
 /// The device's.
 pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<StudyResult>> {
     let packings: &[f64] = if quick { &[0.2245] } else { &[0.1, 0.2245, 0.4, 0.5, 0.65] };
+    // A GPU takes no longer for more disks than these.
+    let (disks, of_walls) = match (quick, gpu.adapter().is_software()) {
+        (true, _) => (1600, 80.0),
+        (false, true) => (1600, 320.0),
+        (false, false) => (6400, 640.0),
+    };
     let (mut done, of) = (0, packings.len() * VARIANTS.len() * RATES.len());
     let mut results = Vec::new();
     for &packing in packings {
         let mut points = Vec::new();
-        let mut drifts = Vec::new();
+        let (mut drifts, mut doubts) = (Vec::new(), [0.0f64; 2]);
         for name in VARIANTS {
             for rate in RATES {
                 progress(Progress { done, of, now: &format!("{name}, {rate} Hz, packing {packing}") });
@@ -308,12 +356,15 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
                 let variant = Variant::named(name);
                 let speed = WAY * RATES[0]; // radii a second
                 let [warm, long] = if quick { [10.0, 25.0] } else { [20.0, 80.0] };
-                let what = Watch { disks: 1600, packing, way: speed / rate, collisions: [warm, long] };
+                let what = Watch { disks, packing, way: speed / rate, collisions: [warm, long] };
                 // As the step comes: what substeps would do is what a higher rate does.
                 let mut seen = watch(gpu, &variant, what, Some(1))?;
-                if variant.response == Response::Seed {
-                    seen.pressure = seed_pressure(gpu, packing, what.way)?;
+                let is_seed = variant.response == Response::Seed;
+                if is_seed {
+                    (seen.pressure, seen.doubt) = seed_pressure(gpu, packing, what.way, of_walls)?;
                 }
+                let doubt = &mut doubts[usize::from(is_seed)];
+                *doubt = larger(*doubt, seen.doubt);
                 if rate == 60.0 {
                     drifts.push(format!("{name} {:.0e}, overlap {:.3}", seen.momentum, seen.overlap));
                 }
@@ -326,8 +377,9 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
                 points.push(Point {
                     variant: name.into(),
                     step: 1.0 / rate,
-                    size: 1600,
-                    error: finite(seen.pressure.abs()),
+                    size: disks,
+                    // No error is known better than the run tells: one that happens to be small is not.
+                    error: finite(larger(seen.pressure.abs(), seen.doubt)),
                     metric: METRIC.into(),
                     ms_per_sim_second: ms * rate,
                     ns_per_item: 1e6 * ms / 1e5,
@@ -339,7 +391,11 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
             sim: "disks".into(),
             study: format!("packing {packing}"),
             reference: format!(
-                "Henderson's equation of state, of the tutorial's response exact motion between the same walls; cost of 100 000 disks; momentum lost, of the sum of its lengths, at 60 Hz: {}",
+                "Henderson's equation of state, of the tutorial's response exact motion between the same walls; no error is \
+                 given below its standard error, which is {:.1e} at the most, {:.1e} of the tutorial's; cost of 100 000 \
+                 disks; momentum lost, of the sum of its lengths, at 60 Hz: {}",
+                doubts[0],
+                doubts[1],
                 drifts.join("; ")
             ),
             points,
@@ -350,4 +406,26 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
         results.push(result);
     }
     Ok(results)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 1 to 8: variance 6, of their mean 6 / 8.
+    #[test]
+    fn a_mean_has_the_standard_error_of_its_parts() {
+        let (of, doubt) = mean(&std::array::from_fn(|i| 1.0 + i as f64));
+        assert!(of == 4.5 && (doubt - 0.75f64.sqrt()).abs() < 1e-15, "{of} {doubt}");
+        assert_eq!(mean(&[3.0; PARTS as usize]), (3.0, 0.0));
+    }
+
+    #[test]
+    fn disks_that_are_nowhere_have_no_overlap() {
+        let start = starts::fluid(Space::Flat, 16, 0.2, 1);
+        assert!(overlap(&start.model, &start.disks) <= 0.0);
+        let mut disks = start.disks;
+        disks[3].at_m.y = f64::NAN;
+        assert!(overlap(&start.model, &disks).is_nan());
+    }
 }

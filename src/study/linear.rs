@@ -159,12 +159,14 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
             let scheme = Scheme::named(variant);
             let model = model(scheme, size);
             let start = Start { model, ..start.clone() };
-            let timing = Basin::new(gpu, scheme, &start)?.time(extent.effort)?;
             let mut courants = courants(variant, scheme.courant_limit(&model), quick);
             if extent.seed_sizes.contains(&size) {
                 courants.retain(|courant| [BOOK_COURANT, LONGEST_COURANT].contains(courant));
             }
-            let longest = courants.last().copied();
+            // Any stable step costs the same. One that is not would leave no numbers, which cost a GPU less.
+            let longest = courants.last().copied().expect("each has a step");
+            let timed = Start { model: model.with_courant(longest), ..start.clone() };
+            let timing = Basin::new(gpu, scheme, &timed)?.time(extent.effort)?;
             for courant in courants {
                 // A whole number of steps, none longer than asked for.
                 let steps = (2.0 * f64::from(size) / courant).ceil() as u32;
@@ -173,10 +175,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
                 let height_m = heights(gpu, scheme, &start, steps)?;
                 points.push(point(variant, &model, relative_l2(&height_m, &exact), timing));
                 let is_shortest = !quick && size == extent.parts[0] && courant <= BOOK_COURANT;
-                if extent.parts.contains(&size)
-                    && !scheme.is_fused
-                    && (is_shortest || Some(courant) == longest)
-                {
+                if extent.parts.contains(&size) && !scheme.is_fused && (is_shortest || courant == longest) {
                     parts.push(parts_of(variant, &start, steps, &height_m, &exact));
                 }
                 if *variant == "book" && courant == BOOK_COURANT && size <= extent.printed {
@@ -208,7 +207,11 @@ fn choices(gpu: &Gpu, result: &StudyResult, sizes: &[u32]) -> Result<Headline> {
         let start = starts::gauss(model(Scheme::named("book"), size), SIGMA);
         let exact = Exact::smooth(start.model.cells, &start.height_m, MODES).after(2.0 * f64::from(size));
         for tolerance in TOLERANCES {
-            let Ok(scene) = Scene::parse(&scene_of(size, tolerance), "study", None, &[]) else { continue };
+            let scene = match Scene::parse(&scene_of(size, tolerance), "study", None, &[]) {
+                Ok(scene) => scene,
+                Err(error) if error.to_string().contains("tolerance") => continue, // none keeps within it here
+                Err(error) => return Err(RunError::from(error).into()),
+            };
             let verdict = scene.water[0].choice.taken();
             let scheme = Scheme::named(&verdict.name);
             let plan = scene.plan().map_err(RunError::from)?;
@@ -344,8 +347,14 @@ fn of_book(result: &StudyResult, courant: f64) -> Vec<(f64, f64, f64)> {
 }
 
 /// Cost at which the error comes down to `tolerance`, of sizes with their error and cost, on a line through two of them in
-/// logarithms; and how it was found: those on either side of it, or the last two when all are too coarse.
+/// logarithms; and how it was found: those on either side of it, the last two when all are too coarse, or the first when none
+/// is.
 pub fn cost_of(tolerance: f64, all: &[(f64, f64, f64)]) -> Option<(f64, String)> {
+    let &(size, error, ms) = all.first()?;
+    if error <= tolerance {
+        let how = format!("at most: {size} columns, the fewest that ran, come to {:.2} %", 100.0 * error);
+        return Some((ms, how));
+    }
     let pair = all.windows(2).find(|pair| pair[1].1 <= tolerance).or(all.windows(2).last())?;
     let [(size_a, error_a, ms_a), (size_b, error_b, ms_b)] = pair else { return None };
     let between = (size_b / size_a).ln();

@@ -89,6 +89,38 @@ pub enum Error {
         /// What rounding explains.
         allowed: f64,
     },
+    /// What was timed is no state any more.
+    #[error("{what}: {spoiled} of {of} numbers are none any more when it has been timed: its time is not believed")]
+    BlownUp {
+        /// What was timed.
+        what: &'static str,
+        /// Numbers that are none.
+        spoiled: usize,
+        /// Of how many.
+        of: usize,
+    },
+}
+
+/// Refuses what is further from its twin than `allowed`, or no number at all.
+///
+/// # Errors
+/// [`Error::Wrong`].
+fn must_be_within(variant: &str, apart: f64, allowed: f64) -> Result<()> {
+    match apart <= allowed {
+        true => Ok(()),
+        false => Err(Error::Wrong { variant: variant.into(), apart, allowed }),
+    }
+}
+
+/// Refuses the time of what has blown up meanwhile: equal words cost a GPU less than a state does.
+///
+/// # Errors
+/// [`Error::BlownUp`].
+fn must_be_numbers(what: &'static str, state: &[f32]) -> Result<()> {
+    match state.iter().filter(|x| !x.is_finite()).count() {
+        0 => Ok(()),
+        spoiled => Err(Error::BlownUp { what, spoiled, of: state.len() }),
+    }
 }
 
 /// Where a measurement is.
@@ -181,7 +213,10 @@ pub fn write_report(study: &Study, dir: &Path, date: &str) -> Result<()> {
         let title = format!("{}: {}, on {}", result.sim, result.study, study.device);
         let metric = result.points.first().map_or("error", |point| &point.metric);
         let plot = plot::panels(&title, "ms per simulated second", metric, &page::panels(result));
-        write(&format!("{}-{}.svg", result.sim, result.study.replace(", ", "-").replace(' ', "-")), &plot)?;
+        write(
+            &format!("{}-{}.svg", result.sim, result.study.replace(", ", "-").replace([' ', '/'], "-")),
+            &plot,
+        )?;
         plots.push(plot);
     }
     write(
@@ -189,4 +224,25 @@ pub fn write_report(study: &Study, dir: &Path, date: &str) -> Result<()> {
         &page::page(study, &format!("Speed against error on {}", study.device), date, &plots),
     )?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_not_within_anything() {
+        assert!(must_be_within("a", 1e-6, 1e-5).is_ok() && must_be_within("a", 0.0, 0.0).is_ok());
+        for apart in [1e-4, f64::NAN, f64::INFINITY] {
+            let error = must_be_within("a", apart, 1e-5).expect_err("too far");
+            assert!(error.to_string().starts_with("`a` is "), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_state_with_a_number_that_is_none_has_blown_up() {
+        assert!(must_be_numbers("water", &[1.0, -3e38]).is_ok());
+        let error = must_be_numbers("water", &[1.0, f32::NAN, f32::INFINITY]).expect_err("two are none");
+        assert!(error.to_string().starts_with("water: 2 of 3 numbers are none"), "{error}");
+    }
 }

@@ -251,7 +251,9 @@ fn linear(problem: Problem, size: u32) -> (Start, DepthModel, Columns) {
 
 /// Depths (m) under a surface that knows no ground.
 fn above_ground<T: Copy + Into<f64>>(height_m: &[T], ground: &Columns) -> Vec<f64> {
-    height_m.iter().zip(&ground.bed_m).map(|(&h, &bed)| (h.into() - f64::from(bed)).max(0.0)).collect()
+    let depth = |(&h, &bed): (&T, &f32)| h.into() - f64::from(bed);
+    // Not by `max`, for which what is no number is dry.
+    height_m.iter().zip(&ground.bed_m).map(depth).map(|h| if h < 0.0 { 0.0 } else { h }).collect()
 }
 
 /// Flows start at rest; velocities of a start that moves are those of half a step before.
@@ -361,4 +363,17 @@ fn parts(
         });
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn water_that_is_no_number_is_not_dry() {
+        let ground = Columns::at_rest(&[-1.0, 0.5, -1.0], |_| 0.0);
+        let depths = above_ground(&[0.25, 0.25, f64::NAN], &ground);
+        assert_eq!(depths[..2], [1.25, 0.0]);
+        assert!(depths[2].is_nan());
+    }
 }

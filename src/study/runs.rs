@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What hard cases, benches and studies share: a basin of either model, run by name, and the time that a step takes.
 
-use super::Result;
+use super::{must_be_numbers, Result};
 use crate::{
     gpu::{Access, Clock, Gpu, Recorder, Submitter},
     water::{
@@ -367,6 +367,7 @@ impl Basin {
     pub fn time(&mut self, effort: Effort) -> Result<Timing> {
         let (gpu, state, model, steps) = (&self.gpu, &mut self.state, &self.model, self.steps_a_dispatch);
         let block = time(gpu, effort, |rec| state.record(rec, model, false, steps))?;
+        must_be_numbers("water", &self.heights()?)?;
         let each = |ms: f64| ms / f64::from(steps);
         let (median_ms, min_ms, p95_ms) = (each(block.median_ms), each(block.min_ms), each(block.p95_ms));
         Ok(Timing { median_ms, min_ms, p95_ms, ..block })
@@ -399,16 +400,28 @@ pub fn apart(got: &[f32], want: &[f64]) -> f64 {
     let is_land = |h: f64| h == f64::from(LAND_M);
     let water = || got.iter().map(|&a| f64::from(a)).zip(want.iter().copied()).filter(|&(_, b)| !is_land(b));
     let moved = got.iter().zip(want).any(|(&a, &b)| is_land(f64::from(a)) != is_land(b));
-    if moved || water().any(|(a, _)| !a.is_finite()) {
+    if got.len() != want.len() || moved || water().any(|(a, _)| !a.is_finite()) {
         return f64::INFINITY;
     }
-    let highest = water().map(|(_, b)| b.abs()).fold(0.0, f64::max);
-    water().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / highest
+    let apart = water().map(|(a, b)| (a - b).abs()).fold(0.0, larger);
+    match water().map(|(_, b)| b.abs()).fold(0.0, larger) {
+        0.0 => f64::INFINITY, // a comparison of nothing
+        highest => apart / highest,
+    }
 }
 
 /// The larger of two; what is no number is larger than all, where `f64::max` would lose it.
 pub fn larger(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() {
+        a
+    } else {
+        b
+    }
+}
+
+/// The one farther from zero; what is no number is farther than all.
+pub fn farther(a: f64, b: f64) -> f64 {
+    if b.abs() <= a.abs() || a.is_nan() {
         a
     } else {
         b

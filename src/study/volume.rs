@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Particles and a voxelised scene: how a particle meets it, by the resolution of the volume and by how many cells it flies
-//! in a step. Balls are thrown at a torus, elastic and without gravity. The reference is the mesh itself, in f64: a ball
-//! whose straight way hits a triangle must be turned, and nobody may be inside.
+//! Particles and a voxelised scene: how a particle meets it, by the resolution of the volume, at four speeds. Balls are thrown
+//! at a torus, elastic and without gravity. The reference is the mesh itself, in f64: a ball whose straight way hits a triangle
+//! must be turned, and nobody may be inside.
 
 use super::{
     arena::Arena,
-    runs::{self, Effort},
+    runs::{self, larger, Effort},
     shapes::{finite, Headline, Point, StudyResult},
     Found, OnProgress, Progress, Result,
 };
@@ -28,8 +28,8 @@ const DT_S: f64 = 1.0 / 60.0;
 const RING_M: f32 = 0.5;
 const TUBE_M: f32 = 0.2;
 const RADIUS_M: f32 = 0.02;
-/// Cells a step.
-const STEPS: [f32; 5] = [0.25, 1.0, 2.0, 4.0, 16.0];
+/// A quarter of a cell a step to two on grids of 16 to 128 along a side; half of one to 4; 1 to 8; 4 to 32.
+const SPEEDS_MPS: [f32; 4] = [1.875, 3.75, 7.5, 30.0];
 
 /// When the way from `at` along `way` first hits a triangle, in lengths of `way` (Moeller and Trumbore, "Fast, Minimum Storage
 /// Ray/Triangle Intersection", 1997).
@@ -103,8 +103,7 @@ impl Setting<'_> {
         Arena::new(self.gpu, self.kernels, self.cells, self.law(), reach, particles, 1 << 14)
     }
 
-    fn watch(&self, count: u32, cells_a_step: f32) -> Result<Seen> {
-        let speed = cells_a_step * self.cells.grid().cell_m / DT_S as f32;
+    fn watch(&self, count: u32, speed: f32) -> Result<Seen> {
         let start = thrown(count, speed);
         let mut arena = self.arena(&start, speed)?;
         // Until the straight ways are through.
@@ -128,9 +127,26 @@ impl Setting<'_> {
         });
         Ok(Seen { leaks: leaks.count() as f64 / f64::from(count), deepest })
     }
+
+    /// Time of a step of so many (ms).
+    fn step_ms(&self, count: u32, speed: f32, effort: Effort) -> Result<f64> {
+        let mut arena = self.arena(&thrown(count, speed), speed)?.rewinds()?;
+        // The same metre of flight again and again; to put the particles back is no part of a step.
+        let once = (1.0 / f64::from(speed) / DT_S).ceil().max(1.0) as u64;
+        let mut at = 0;
+        let steps = runs::time(self.gpu, effort, |rec| {
+            if at % once == 0 {
+                arena.restart(rec);
+            }
+            at += 1;
+            arena.record(rec, DT_S);
+        })?;
+        let back = runs::time(self.gpu, effort, |rec| arena.restart(rec))?;
+        Ok(steps.median_ms - back.median_ms / once as f64)
+    }
 }
 
-/// Runs it: a study of leaks and one of depth, and what no leaks cost beside the seed's update.
+/// Runs it: a study of leaks and one of depth at each speed, and what no leaks cost beside the seed's update.
 ///
 /// # Errors
 /// The device's.
@@ -140,9 +156,9 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
     let count = if quick { 200 } else { 2000 };
     let effort = Effort { budget_s: if quick { 0.05 } else { 0.5 }, ..Effort::full(gpu) };
     let sizes: &[u32] = if quick { &[16, 32] } else { &[16, 32, 64, 128] };
-    let steps = if quick { &STEPS[1..3] } else { &STEPS[..] };
+    let speeds = if quick { &SPEEDS_MPS[1..3] } else { &SPEEDS_MPS[..] };
     let mesh = shapes::torus(RING_M, TUBE_M, if quick { 24 } else { 48 });
-    let (mut leaks, mut depths) = (Vec::new(), Vec::new());
+    let mut tables: Vec<_> = speeds.iter().map(|_| (Vec::new(), Vec::new())).collect();
     let (mut done, of) = (0, Method::ALL.len() * sizes.len());
     for method in Method::ALL {
         let kernels = Arena::kernels(gpu, method)?;
@@ -152,30 +168,17 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
             let grid = Grid::new(Vec3::splat(-1.0), 2.0 / size as f32, UVec3::splat(size));
             let cells = Arena::voxelise(gpu, grid, std::slice::from_ref(&mesh), false)?;
             let setting = Setting { gpu, mesh: &mesh, cells: &cells, kernels: &kernels };
-            for &step in steps {
-                let seen = setting.watch(count, step)?;
-                let speed = step * grid.cell_m / DT_S as f32;
-                let timing = {
-                    let mut arena = setting.arena(&thrown(timed, speed), speed)?.rewinds()?;
-                    // The same metre of flight again and again.
-                    let once = (1.0 / f64::from(speed) / DT_S).ceil().max(1.0) as u64;
-                    let mut at = 0;
-                    runs::time(gpu, effort, |rec| {
-                        if at % once == 0 {
-                            arena.restart(rec);
-                        }
-                        at += 1;
-                        arena.record(rec, DT_S);
-                    })?
-                };
+            for (&speed, (leaks, depths)) in speeds.iter().zip(&mut tables) {
+                let seen = setting.watch(count, speed)?;
+                let step_ms = setting.step_ms(timed, speed, effort)?;
                 let point = |metric: &str, error: f64| Point {
-                    variant: format!("{}/{step}", method.name()),
+                    variant: method.name().into(),
                     step: DT_S,
                     size,
                     error: finite(error),
                     metric: metric.into(),
-                    ms_per_sim_second: timing.median_ms * 1e6 / f64::from(timed) / DT_S,
-                    ns_per_item: timing.median_ms * 1e6 / f64::from(timed),
+                    ms_per_sim_second: step_ms * 1e6 / f64::from(timed) / DT_S,
+                    ns_per_item: step_ms * 1e6 / f64::from(timed),
                     pareto: false,
                 };
                 // A logarithmic axis has no zero: less than half a particle is none.
@@ -184,25 +187,21 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
             }
         }
     }
-    Ok(Found {
-        headlines: headlines(
-            &leaks,
-            0.5 / f64::from(count),
-            &format!("{sizes:?} cells a side, {steps:?} cells a step"),
-        ),
-        studies: tables(leaks, depths),
-        ..Found::default()
-    })
+    let all: Vec<&Point> = tables.iter().flat_map(|(leaks, _)| leaks).collect();
+    let settings = format!("{sizes:?} cells a side, {speeds:?} m/s");
+    let headlines = headlines(&all, 0.5 / f64::from(count), &settings);
+    let of = |(speed, (leaks, depths))| studies_at(speed, leaks, depths);
+    Ok(Found { headlines, studies: speeds.iter().zip(tables).flat_map(of).collect(), ..Found::default() })
 }
 
-fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
+/// Of leaks and of depth. Other speeds are other problems: they share no front and no table.
+fn studies_at(speed: &f32, leaks: Vec<Point>, depths: Vec<Point>) -> [StudyResult; 2] {
     let result = |study: String, points| {
         let mut result = StudyResult {
             sim: "particles".into(),
             study,
-            reference: "straight ways against the triangles in f64, and parity for who is inside; a variant is a method and \
-                        the cells flown in a step, a size the cells along a side; costs are of 1e6 particles at 60 steps a \
-                        second"
+            reference: "straight ways against the triangles in f64, and parity for who is inside; a size is the cells along a \
+                        side, a speed is in m/s; costs are of 1e6 particles at 60 steps a second"
                 .into(),
             points,
             cheapest: Vec::new(),
@@ -211,16 +210,17 @@ fn tables(leaks: Vec<Point>, depths: Vec<Point>) -> Vec<StudyResult> {
         result.cheapest = result.cheapest_for(&[0.1, 0.01, 0.001], "seed");
         result
     };
-    vec![result(format!("{NAME}, leaks"), leaks), result(format!("{NAME}, depth"), depths)]
+    [
+        result(format!("{NAME}, leaks, speed {speed}"), leaks),
+        result(format!("{NAME}, depth, speed {speed}"), depths),
+    ]
 }
 
-/// The worst leak of the default at all sizes and steps, and its time over the seed's.
-fn headlines(points: &[Point], none: f64, settings: &str) -> Vec<Headline> {
-    let of = |method: &str| {
-        points.iter().filter(|it| it.variant.split('/').next() == Some(method)).collect::<Vec<_>>()
-    };
+/// The worst leak of the default at all sizes and speeds, and its time over the seed's.
+fn headlines(points: &[&Point], none: f64, settings: &str) -> Vec<Headline> {
+    let of = |method: &str| points.iter().filter(|it| it.variant == method).collect::<Vec<_>>();
     let (swept, seed) = (of("dda2"), of("seed"));
-    let worst = swept.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
+    let worst = swept.iter().map(|it| it.error.unwrap_or(f64::NAN)).fold(0.0, larger);
     let costs: Vec<f64> = swept.iter().zip(&seed).map(|(a, b)| a.ns_per_item / b.ns_per_item).collect();
     let mut sorted = costs.clone();
     sorted.sort_by(f64::total_cmp);
@@ -232,11 +232,11 @@ fn headlines(points: &[Point], none: f64, settings: &str) -> Vec<Headline> {
         unit: unit.into(),
         note,
     };
-    let leaked = if worst > none { 100.0 * worst } else { 0.0 };
+    let leaked = if worst <= none { 0.0 } else { 100.0 * worst };
     let seeds = 100.0 * seed.iter().filter_map(|it| it.error).fold(0.0f64, f64::max);
     vec![
         headline(
-            "leaks of dda2, worst of all sizes and steps",
+            "leaks of dda2, worst of all sizes and speeds",
             leaked,
             "%",
             format!("{settings}; the seed's worst: {seeds:.0} %"),

@@ -11,6 +11,7 @@ use crate::{
     gpu::{Access, Gpu, Recorder},
     shaders,
     study::{
+        must_be_within,
         runs::{self, Effort, Timing},
         Error, Result,
     },
@@ -32,10 +33,7 @@ pub const SUITE: Suite = Suite {
     label: |size| size.to_string(),
     run: |gpu, variant, size, effort| {
         let bytes_per_item = if variant.starts_with("stateless") { 16.0 } else { 64.0 };
-        let apart = from_twin(gpu, variant)?;
-        if apart > ROUNDING {
-            return Err(Error::Wrong { variant: variant.into(), apart, allowed: ROUNDING });
-        }
+        must_be_within(variant, from_twin(gpu, variant)?, ROUNDING)?;
         let timing = time(gpu, variant, &fire(size), effort)?;
         Ok(Measured { timing, items: f64::from(size), unit: "particle", bytes_per_item })
     },

@@ -7,8 +7,9 @@ use crate::{
     gpu::Gpu,
     study::{
         disks::{strays, Gas, Variant},
+        must_be_within,
         runs::Effort,
-        Error, Result,
+        Result,
     },
 };
 
@@ -57,10 +58,7 @@ fn run(gpu: &Gpu, name: &str, size: u32, effort: Effort) -> Result<Measured> {
     gas.steps(3)?;
     let mut twin = cpu::Disks::new(small.model, &small.disks);
     (0..3).for_each(|_| twin.step());
-    let apart = strays(&small.model, &gas.disks()?, &twin.disks(), 0.01);
-    if apart > 0.01 {
-        return Err(Error::Wrong { variant: name.into(), apart, allowed: 0.01 });
-    }
+    must_be_within(name, strays(&small.model, &gas.disks()?, &twin.disks(), 0.01), 0.01)?;
     drop(gas);
 
     let start = variant.start(size);

@@ -15,8 +15,9 @@ use crate::{
     },
     random,
     study::{
+        must_be_within,
         runs::{self, Effort, Timing},
-        Error, Result,
+        Result,
     },
 };
 use glam::{UVec2, Vec3};
@@ -175,11 +176,11 @@ fn strays(gpu: &Gpu, paint: &Paint, method: Option<Method>) -> Result<f64> {
     cpu::gather(&positions, |_| 0, &drops, &easel.coats, &mut want);
     let is_painted = |texel: &&[f32; 4]| texel[3] > 0.0;
     let painted = want.iter().filter(is_painted).count();
-    let differs = |(a, b): &(&[f32; 4], &[f32; 4])| {
+    let is_alike = |(a, b): &(&[f32; 4], &[f32; 4])| {
         let b = cpu::stored(paint.format(), **b);
-        (0..4).any(|i| (a[i] - b[i]).abs() > 1e-3)
+        (0..4).all(|i| (a[i] - b[i]).abs() <= 1e-3)
     };
-    let apart = got.iter().zip(&want).filter(differs).count();
+    let apart = want.len() - got.iter().zip(&want).filter(is_alike).count();
     Ok(if painted > 100 { apart as f64 / painted as f64 } else { 1.0 })
 }
 
@@ -193,18 +194,12 @@ fn run(gpu: &Gpu, variant: &str, side: u32, effort: Effort) -> Result<Measured> 
         Some("sifted") => Some(Method::Sifted),
         _ => None,
     };
-    let wrong = |apart| Error::Wrong { variant: variant.into(), apart, allowed: 0.001 };
-    let apart = strays(gpu, &paint, method)?;
-    if apart > 0.001 {
-        return Err(wrong(apart));
-    }
+    must_be_within(variant, strays(gpu, &paint, method)?, 0.001)?;
     let easel = Easel::new(gpu, &paint, side, drops_for(side), has("near"))?;
     if method.is_some_and(|method| method != Method::Brute) && !gpu.adapter().is_software() {
         // At this size too, what brute force paints, to the bit.
-        let brute = once(gpu, &paint, &easel, Some(Method::Brute))?;
-        if once(gpu, &paint, &easel, method)? != brute {
-            return Err(wrong(1.0));
-        }
+        let is_same = once(gpu, &paint, &easel, method)? == once(gpu, &paint, &easel, Some(Method::Brute))?;
+        must_be_within(variant, if is_same { 0.0 } else { 1.0 }, 0.0)?;
     }
     let texels = easel.pairs() / easel.drops.len() as f64;
     if variant == "place" {

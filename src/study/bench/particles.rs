@@ -8,7 +8,7 @@ use crate::{
         cpu, Compaction, Drag, Emitter, Layout, Options, Particle, Particles, Pool, PoolInfo, Step, Thrown,
         Tuning, TICKS_PER_S,
     },
-    study::{runs, Error, Result},
+    study::{must_be_within, runs, Result},
 };
 use glam::{vec3, Vec3};
 
@@ -107,10 +107,7 @@ pub(in crate::study) fn crowd(gpu: &Gpu, options: Options, size: u32) -> Result<
     // The oldest have gone: those of the first tick, and as a packed birth is rounded down, of the first 2^-6 s.
     let early_s = if options.layout == Layout::Packed { 1.0 / 64.0 } else { 1.0 / f64::from(TICKS_PER_S) };
     let allowed = 1.0 + early_s * emitters[0].rate_per_s;
-    let apart = (pool.counts()?.alive() as f64 - f64::from(size)).abs();
-    if apart > allowed {
-        return Err(Error::Wrong { variant: "crowd".into(), apart, allowed });
-    }
+    must_be_within("crowd", (pool.counts()?.alive() as f64 - f64::from(size)).abs(), allowed)?;
     Ok(pool)
 }
 
@@ -141,14 +138,11 @@ pub(in crate::study) fn check(gpu: &Gpu, variant: &str, options: Options) -> Res
     want.retain(|it| !packed || twin.now.wrapping_sub(it.born & !1023) < twin.life_ticks);
     // To each its nearest of the same age: many compactions leave the order to the scheduler.
     let nearest = |of: &Particle| {
-        let alike = got.iter().filter(|it| it.born >> 10 == of.born >> 10);
+        let alike = got.iter().filter(|it| it.at_m.is_finite() && it.born >> 10 == of.born >> 10);
         alike.map(|it| f64::from((it.at_m - of.at_m).abs().max_element())).fold(f64::INFINITY, f64::min)
     };
     let allowed = if packed { 5.3e-3 } else { 1e-4 };
     let is_complete = got.len() == want.len();
     let apart = if is_complete { want.iter().map(nearest).fold(0.0, f64::max) } else { f64::INFINITY };
-    if apart > allowed {
-        return Err(Error::Wrong { variant: variant.into(), apart, allowed });
-    }
-    Ok(())
+    must_be_within(variant, apart, allowed)
 }

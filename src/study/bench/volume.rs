@@ -9,7 +9,7 @@ use crate::{
     gpu::{self, Access, Gpu, Recorder},
     mesh::{shapes, Body, Mesh, Meshes, MeshesError},
     random,
-    study::{runs, Error, Result},
+    study::{must_be_within, runs, Error, Result},
     volume::{cpu, Conservative, Layered, Once, Router, Way},
 };
 use glam::{DVec2, Mat4, UVec3, Vec3};
@@ -31,10 +31,7 @@ pub const SUITE: Suite = Suite {
     largest_on_cpu: 10_000,
     label: |size| size.to_string(),
     run: |gpu, variant, size, effort| {
-        let (apart, allowed) = (from_twin(gpu, variant)?, if is_drawn(variant) { 0.02 } else { 0.001 });
-        if apart.is_nan() || apart > allowed {
-            return Err(Error::Wrong { variant: variant.into(), apart, allowed });
-        }
+        must_be_within(variant, from_twin(gpu, variant)?, if is_drawn(variant) { 0.02 } else { 0.001 })?;
         let volume = Volume::new(gpu, variant, &bodies(variant, size))?;
         // Once, so that places are there.
         volume.pose(gpu)?;

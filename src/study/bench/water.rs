@@ -7,6 +7,7 @@ use crate::{
     study::{
         depths::{self, DepthBasin},
         hard::water::{from_twin, ROUNDING},
+        must_be_within,
         runs::{Basin, Effort, Scheme, Timing, Tunings},
         Error, OnProgress, Progress, Result,
     },
@@ -90,18 +91,13 @@ fn step(gpu: &Gpu, variant: &str, size: u32, tunings: Tunings, effort: Effort) -
         let cells = UVec2::splat(size);
         let tuning = tunings.depth.unwrap_or_else(|| tier.tuning(gpu, cells));
         let apart = depths::from_twin(gpu, tier, tuning, uvec2(77, 45))?;
-        if apart > depths::ROUNDING {
-            return Err(Error::Wrong { variant: variant.into(), apart, allowed: depths::ROUNDING });
-        }
+        must_be_within(variant, apart, depths::ROUNDING)?;
         let model = depths::bench_model(tier, cells);
         return DepthBasin::tuned(gpu, tier, &model, &depths::landscape(cells), tuning)?.time(effort);
     }
     let scheme = Scheme::named(variant);
     let allowed = if scheme.is_f16 { ROUNDING_TO_HALVES } else { ROUNDING };
-    let apart = from_twin(gpu, scheme, tunings, uvec2(77, 45))?;
-    if apart > allowed {
-        return Err(Error::Wrong { variant: variant.into(), apart, allowed });
-    }
+    must_be_within(variant, from_twin(gpu, scheme, tunings, uvec2(77, 45))?, allowed)?;
     let model = scheme.model(starts::model(UVec2::splat(size), scheme.diagonal));
     scheme.check(&model).map_err(crate::water::Error::from)?;
     let model = Model { damping_per_s: 0.0, ..model };

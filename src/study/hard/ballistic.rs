@@ -9,7 +9,10 @@ use crate::{
     },
     gpu::{Access, Gpu, Kernel, KernelInfo},
     shaders,
-    study::{runs::Uniform, Result},
+    study::{
+        runs::{larger, Uniform},
+        Result,
+    },
 };
 use glam::{dvec3, vec3, DVec3, Vec3};
 use std::collections::HashSet;
@@ -130,8 +133,9 @@ fn stored(gpu: &Gpu, effect: &Effect, frames: u64, fps: u32) -> Result<Vec<Parti
     Ok(stored.download(gpu)?.0)
 }
 
-/// Births of the last second at each frame rate, as a list of what lives for a second shows them.
-fn per_second(gpu: &Gpu, variant: &str, effect: &Effect, rates: &[u32]) -> Result<f64> {
+/// How far births of the last second are from the rate, at the worst frame rate, as a list of what lives for a second shows
+/// them.
+pub(in crate::study) fn off_rate(gpu: &Gpu, variant: &str, effect: &Effect, rates: &[u32]) -> Result<f64> {
     let mut worst = 0.0f64;
     for &fps in rates {
         let frames = 2 * u64::from(fps);
@@ -146,7 +150,7 @@ fn per_second(gpu: &Gpu, variant: &str, effect: &Effect, rates: &[u32]) -> Resul
 }
 
 fn fire_per_second(context: &Context<'_>, variant: &str) -> Result<Outcome> {
-    let measured = per_second(context.gpu, variant, &Builtin::Fire.effect(), &RATES)?;
+    let measured = off_rate(context.gpu, variant, &Builtin::Fire.effect(), &RATES)?;
     let seed = RATES.map(|fps| seed_births(0.005, fps, 1));
     let worst = seed.map(|births| f64::from(births.abs_diff(200))).into_iter().fold(0.0, f64::max);
     Ok(Outcome::of(measured).seed(worst).note(format!("the book: {seed:?} per s")))
@@ -157,7 +161,7 @@ fn bursts_per_second(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let mut effect = Builtin::Fire.effect();
     (effect.rate_per_s, effect.burst) = (500.0, 5);
     const RATES: [u32; 5] = [24, 60, 240, 500, 1000];
-    let measured = per_second(context.gpu, variant, &effect, &RATES)?;
+    let measured = off_rate(context.gpu, variant, &effect, &RATES)?;
     let seed = RATES.map(|fps| seed_births(0.002, fps, 1));
     let worst = seed.map(|births| f64::from(births.abs_diff(500))).into_iter().fold(0.0, f64::max);
     Ok(Outcome::of(measured).seed(worst).note(format!("the book: {seed:?} per s")))
@@ -210,7 +214,7 @@ fn late_statistics(context: &Context<'_>, _: &str) -> Result<Outcome> {
             .map(|vertex| unhalved(Vec3::from(vertex.at_m).as_dvec3()))
             .filter(|way| *way != DVec3::ZERO)
             .collect();
-        worst = worst.max(if ways.len() < 19_900 { f64::NAN } else { standard_errors(&ways) });
+        worst = larger(worst, if ways.len() < 19_900 { f64::NAN } else { standard_errors(&ways) });
         let seed: Vec<DVec3> = (0..20_000)
             .map(|i| texture.direction((start_s + 0.005 * f64::from(i)) as f32).as_dvec3())
             .collect();
@@ -224,7 +228,7 @@ fn late_statistics(context: &Context<'_>, _: &str) -> Result<Outcome> {
 }
 
 /// Velocities of a million births from `first_s` on, as the GPU stores them.
-fn velocities(gpu: &Gpu, first_s: u64) -> Result<Vec<Vec3>> {
+pub(in crate::study) fn velocities(gpu: &Gpu, first_s: u64) -> Result<Vec<Vec3>> {
     let mut effect = Builtin::Fire.effect();
     effect.rate_per_s = 1e6;
     let emit = shaders::BALLISTIC_FIRE_EMIT_COMP;
@@ -314,7 +318,7 @@ fn closed_form(context: &Context<'_>, _: &str) -> Result<Outcome> {
             let (p0, v0) = (start.at_m.as_dvec3(), start.velocity_mps.as_dvec3());
             let want = cpu::position_f64(p0, v0, pull, emission.age_s(now, who.serial), 0.0);
             let apart = (Vec3::from(vertex.at_m).as_dvec3() - want).length();
-            worst = worst.max(apart / ulp_of(want.length()));
+            worst = larger(worst, apart / ulp_of(want.length()));
         }
     }
     // Stepped at 60 frames a second, position first: half a step of fall behind at every step.
@@ -356,7 +360,7 @@ fn ground_hit(context: &Context<'_>, _: &str) -> Result<Outcome> {
     let (mut worst, mut naive) = (0.0f64, 0.0f64);
     for ([above, rise, pull, _], got) in falls.into_iter().zip(times) {
         let want = cpu::fall_time_f64(above.into(), rise.into(), pull.into());
-        worst = worst.max((f64::from(got) / want - 1.0).abs());
+        worst = larger(worst, (f64::from(got) / want - 1.0).abs());
         let root = (-rise - (rise * rise - 2.0 * pull * above).sqrt()) / pull;
         naive = naive.max((f64::from(root) / want - 1.0).abs());
     }
@@ -387,7 +391,7 @@ fn fast_emitter(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let even =
         f64::from(speed) * Emission::new(effect.rate_per_s, 1.0).map_or(f64::NAN, Emission::interval_s);
     let worst = |starts: &[f64]| {
-        starts.windows(2).map(|pair| ((pair[1] - pair[0]) / even - 1.0).abs()).fold(0.0, f64::max)
+        starts.windows(2).map(|pair| ((pair[1] - pair[0]) / even - 1.0).abs()).fold(0.0, larger)
     };
     // The book: one a frame, where the emitter is at its end.
     let seed: Vec<f64> = (0..20).map(|frame| f64::from(frame) * f64::from(speed) / f64::from(fps)).collect();

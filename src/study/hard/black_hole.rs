@@ -12,6 +12,7 @@ use crate::{
     random,
     study::{
         black_hole::{ellipses, emitted, fates, hole, law, mistaken, orbit, HORIZON_M, MU_M3PS2},
+        runs::larger,
         Result,
     },
 };
@@ -143,7 +144,7 @@ fn swallowed_on_time(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         .filter_map(|body| Some(removed_by_the_book(body, LONG_TICKS, MINUTE)? - exact(body)))
         .collect();
     let mean = late.iter().sum::<f64>() / late.len() as f64;
-    Ok(Outcome::of(bodies.iter().zip(ends).map(off).fold(0.0, f64::max))
+    Ok(Outcome::of(bodies.iter().zip(ends).map(off).fold(0.0, larger))
         .seed(mean)
         .note("of the book: the mean of those it removes"))
 }
@@ -204,7 +205,7 @@ fn eccentric(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         |from: &Body<f32>, to: &Body<f32>| (wide(to.at_m) - orbit(from).after(seconds).at_m).length() / a;
     let ends = fates(context.gpu, variant, bare, &bodies, (dt_ticks, steps))?;
     let is_whole = ends.iter().all(|(_, end)| end.is_none());
-    let worst = bodies.iter().zip(&ends).map(|(from, (to, _))| off(from, to)).fold(0.0, f64::max);
+    let worst = bodies.iter().zip(&ends).map(|(from, (to, _))| off(from, to)).fold(0.0, larger);
     let by_the_book = |from: &Body<f32>| {
         let mut body = *from;
         for _ in 0..steps {
@@ -283,8 +284,7 @@ fn hyperbolas(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let lost = |(from, (to, _)): (&Body<f32>, &(Body<f32>, Option<f32>))| {
         (orbit(to).energy() / orbit(from).energy() - 1.0).abs()
     };
-    let worst =
-        bodies.iter().zip(&ends).map(lost).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+    let worst = bodies.iter().zip(&ends).map(lost).fold(0.0, larger);
     Ok(Outcome::of(worst)
         .only_if(ends.iter().all(|(_, end)| end.is_none()))
         .seed(unbounded_logh(4.0))
@@ -322,8 +322,8 @@ fn long_run(context: &Context<'_>, variant: &str) -> Result<Vec<Vec<(f64, f64)>>
 
 fn momentum(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let samples = long_run(context, variant)?;
-    let worst = samples.iter().flatten().map(|(_, l)| (l - 1.0).abs()).fold(0.0, f64::max);
-    Ok(Outcome::of(worst).only_if(samples.iter().flatten().all(|(_, l)| l.is_finite())))
+    let worst = samples.iter().flatten().map(|(_, l)| (l - 1.0).abs()).fold(0.0, larger);
+    Ok(Outcome::of(worst))
 }
 
 fn energy(context: &Context<'_>, variant: &str) -> Result<Outcome> {
@@ -341,6 +341,5 @@ fn energy(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         }
         (up / across * (n - 1.0)).abs()
     };
-    let worst = samples.iter().map(slope).fold(0.0, f64::max);
-    Ok(Outcome::of(worst).only_if(samples.iter().flatten().all(|(e, _)| e.is_finite())))
+    Ok(Outcome::of(samples.iter().map(slope).fold(0.0, larger)))
 }

@@ -6,7 +6,8 @@ use crate::{
     disks::{edmd::Exact, oracle, starts, Borders, Disk, Model, Response, Space},
     random::{bits, units},
     study::{
-        disks::{seed_pressure, watch, Gas, Seen, Variant, Watch},
+        disks::{overlap, seed_pressure, watch, Gas, Seen, Variant, Watch},
+        runs::{farther, larger},
         Result,
     },
 };
@@ -236,9 +237,9 @@ fn long(context: &Context<'_>, name: &str) -> Result<[f64; 2]> {
             gas.steps(300)?;
             let disks = gas.disks()?;
             let (momentum, lengths) = oracle::momentum(&start.model, &disks);
-            lost = lost.max((momentum - was).length() / lengths);
+            lost = larger(lost, (momentum - was).length() / lengths);
             let drift = oracle::energy(&start.model, &disks) / before - 1.0;
-            energy = if drift.abs() > energy.abs() { drift } else { energy };
+            energy = farther(energy, drift);
         }
         Ok([lost, energy])
     })
@@ -252,13 +253,14 @@ fn pressure(context: &Context<'_>, name: &str, way: f64) -> Result<Outcome> {
     // Near freezing, a fluid takes long to forget the lattice that it started from.
     let collisions = if packing > 0.6 { [200.0, 400.0] } else { [40.0, 120.0] };
     let what = Watch { disks: 1600, packing, way, collisions };
-    let Seen { pressure, substeps, .. } = watch(context.gpu, &variant, what, None)?;
+    let Seen { pressure, doubt, substeps, .. } = watch(context.gpu, &variant, what, None)?;
     let outcome = Outcome::of(pressure);
-    let note = format!("each step in {substeps}");
+    let note = format!("each step in {substeps}; standard error {doubt:.1e}");
     if variant.response != (Response::Matching { rounds: 3, rewinds: true }) || way < 0.5 || packing > 0.6 {
         return Ok(outcome.note(note));
     }
-    Ok(outcome.seed(seed_pressure(context.gpu, packing, 0.1)?).note(note))
+    let (seed, doubt) = seed_pressure(context.gpu, packing, 0.1, 80.0)?;
+    Ok(outcome.seed(seed).note(format!("{note}, {doubt:.1e} of the tutorial's")))
 }
 
 /// Forty pairs, each in a place of its own, as if each began at another phase of a step.
@@ -297,7 +299,7 @@ fn oblique(context: &Context<'_>, name: &str) -> Result<Outcome> {
             exact.run(18.0 / 60.0);
             assert_eq!(exact.collisions, 1, "they meet once");
             for (a, b) in gas.disks()?.iter().zip(&exact.disks) {
-                most = most.max((a.velocity_mps - b.velocity_mps).length() / 1.5);
+                most = larger(most, (a.velocity_mps - b.velocity_mps).length() / 1.5);
             }
         }
         Ok(most)
@@ -349,20 +351,20 @@ fn heap(context: &Context<'_>, name: &str) -> Result<(f64, f64)> {
             let now = gas.disks()?;
             for (a, b) in before.iter().zip(&now) {
                 let way = (b.at_m - a.at_m).length() - b.velocity_mps.length() * model.dt_s;
-                longest = longest.max(way / (2.0 * a.radius_m));
+                longest = larger(longest, way / (2.0 * a.radius_m));
             }
             before = now;
         }
-        let overlaps = |a: &Disk, b: &Disk| (a.at_m - b.at_m).length() < 0.999 * (a.radius_m + b.radius_m);
+        let are_apart = |a: &Disk, b: &Disk| (a.at_m - b.at_m).length() >= 0.999 * (a.radius_m + b.radius_m);
         let pairs = (0..1000).flat_map(|i| (0..i).map(move |k| (i, k)));
-        let left = pairs.filter(|&(i, k)| overlaps(&before[i], &before[k])).count();
+        let left = pairs.filter(|&(i, k)| !are_apart(&before[i], &before[k])).count();
         Ok((longest, left as f64))
     })
 }
 
 /// D8: radius 0.3, bins of 0.14.
 fn large(context: &Context<'_>, name: &str) -> Result<Outcome> {
-    let overlap = |name: &str| -> Result<f64> {
+    let mean = |name: &str| -> Result<f64> {
         let variant = Variant::named(name);
         let mut start = starts::seed(Space::Flat, 200, Borders::Walls, 1);
         start.disks[0] =
@@ -374,14 +376,14 @@ fn large(context: &Context<'_>, name: &str) -> Result<Outcome> {
         let mut sum = 0.0;
         for _ in 0..60 {
             gas.steps(5)?;
-            sum += oracle::overlap(&model, &gas.disks()?);
+            sum += overlap(&model, &gas.disks()?);
         }
         Ok(sum / 60.0)
     };
-    Ok(Outcome::of(overlap(name)?).seed(overlap("list/seed")?))
+    Ok(Outcome::of(mean(name)?).seed(mean("list/seed")?))
 }
 
-/// D9: a pair is missed if its velocities are what they were.
+/// D9: a pair is missed if the one from the left has not turned back.
 fn head_on(context: &Context<'_>, name: &str) -> Result<Outcome> {
     let radius_m = 0.05;
     let disks = pairs(|phase| {
@@ -400,8 +402,8 @@ fn head_on(context: &Context<'_>, name: &str) -> Result<Outcome> {
         let mut gas = Gas::new(context.gpu, &variant, &model, &disks, substeps)?;
         gas.steps(3)?;
         let after = gas.disks()?;
-        let flew = after.chunks_exact(2).filter(|pair| pair[0].velocity_mps.x > 0.0).count();
-        Ok((flew as f64 / 40.0, substeps))
+        let hit = after.chunks_exact(2).filter(|pair| pair[0].velocity_mps.x < 0.0).count();
+        Ok(((40 - hit) as f64 / 40.0, substeps))
     };
     let (measured, substeps) = missed(name)?;
     Ok(Outcome::of(measured).seed(missed("sorted/seed")?.0).note(format!("each step in {substeps}")))

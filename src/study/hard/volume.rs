@@ -15,6 +15,7 @@ use crate::{
     study::{
         arena::Arena,
         host_cells::{fill, mesh, rectangle, Triangle},
+        runs::larger,
         Error, Result,
     },
 };
@@ -300,7 +301,7 @@ fn right_angle(gpu: &Gpu, method: Method) -> Result<f64> {
         arena.steps((24.0 / step).ceil() as u64, DT_S)?;
         Ok(arena.particles()?.iter().zip(&thrown).fold(worst, |worst, (now, then)| {
             let want = then.velocity_mps * vec3(-1.0, -1.0, 1.0);
-            worst.max(f64::from((now.velocity_mps - want).length() / want.length()))
+            larger(worst, f64::from((now.velocity_mps - want).length() / want.length()))
         }))
     })
 }
@@ -348,7 +349,7 @@ fn pistons(gpu: &Gpu, method: Method) -> Result<f64> {
         let mut arena = Arena::new(gpu, &kernels, &cells, law, 3, &[start], 64)?;
         arena.steps(1, DT_S)?;
         let want = vec3(0.3, 2.0 * u as f32 + 3.0, 0.0);
-        Ok(worst.max(f64::from((arena.particles()?[0].velocity_mps - want).length())))
+        Ok(larger(worst, f64::from((arena.particles()?[0].velocity_mps - want).length())))
     })
 }
 

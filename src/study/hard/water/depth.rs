@@ -5,7 +5,7 @@ use crate::{
     study::{
         depths::{from_twin, tier_of, DepthBasin, ROUNDING},
         hard::{Case, Context, Outcome},
-        runs::{larger, Scheme},
+        runs::{farther, larger, Scheme},
         Result,
     },
     water::{
@@ -156,7 +156,7 @@ fn collapse(context: &Context<'_>, variant: &str) -> Result<Vec<f64>> {
             // A depth that is no number must not get lost.
             low = depths.iter().fold(low, |low, &h| -larger(-low, -h));
             let now = volume(&depths) / volume(&start) - 1.0;
-            gain = if now.abs() <= f64::abs(gain) || gain.is_nan() { gain } else { now };
+            gain = farther(gain, now);
         }
     }
     Ok(vec![low, gain])
