@@ -6,7 +6,7 @@ use crate::{
     gpu::{Access, Gpu, Recorder, Submitter},
     study::{must_be_numbers, Result},
     water::{
-        cpu, cpu_fourth, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb,
+        book::Column, cpu, cpu_fourth, cpu_pipes, starts::Start, Book, BookState, Counts, Disturb,
         DisturbParams, Disturbance, Fourth, FourthState, Fused, FusedState, Halves, HalvesState, Model,
         Params, Pipes, PipesState, PipesTuning, Waves, WavesState,
     },
@@ -180,6 +180,22 @@ impl Basin {
         Ok((state.iter().map(|column| column.height_m).collect(), velocity))
     }
 
+    /// All of the state, in bits: what a step leaves as it was, every other step does too.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn words(&self) -> Result<Vec<u32>> {
+        let (height, others) = match &self.state {
+            State::Book(state) => flows(&state.download(&self.gpu)?),
+            State::Pipes(state) => flows(&state.download(&self.gpu)?),
+            State::Waves(state) => state.download(&self.gpu)?,
+            State::Fused(state) => state.download(&self.gpu)?,
+            State::Fourth(state) => state.download(&self.gpu)?,
+            State::Halves(state) => state.download(&self.gpu)?,
+        };
+        Ok(height.into_iter().chain(others).map(f32::to_bits).collect())
+    }
+
     /// Sets heights (m above rest), at rest.
     ///
     /// # Errors
@@ -249,6 +265,12 @@ impl Basin {
         let (median_ms, min_ms, p95_ms) = (each(block.median_ms), each(block.min_ms), each(block.p95_ms));
         Ok(Timing { median_ms, min_ms, p95_ms, ..block })
     }
+}
+
+/// Heights, and the flows of all columns.
+fn flows(columns: &[Column]) -> (Vec<f32>, Vec<f32>) {
+    let height = columns.iter().map(|column| column.height_m).collect();
+    (height, columns.iter().flat_map(|column| column.flow_mps).collect())
 }
 
 /// Heights of the f64 twin after `steps` steps from rest; land is at [`LAND_M`](crate::water::LAND_M).

@@ -23,10 +23,19 @@ static PRINTED_LOSS: LazyLock<f64> = LazyLock::new(|| {
 
 pub fn flat_lake(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     const STEPS: u32 = 100_000;
+    const PART: u32 = 2000;
     let scheme = Scheme::named(variant);
     let start = starts::flat(scheme.model(book_constants(UVec2::splat(64))), 1.0);
     let mut basin = Basin::new(context.gpu, scheme, &start)?;
-    basin.steps(STEPS)?;
+    let (mut taken, mut is_fixed) = (0, false);
+    // What a step leaves as it was to the bit, every other step does too. A GPU takes them all the same: it may have races.
+    while taken < STEPS && !(is_fixed && context.gpu.adapter().is_software()) {
+        basin.steps(PART - 1)?;
+        let before = basin.words()?;
+        basin.steps(1)?;
+        taken += PART;
+        is_fixed = basin.words()? == before;
+    }
     let height = basin.heights()?;
     let worst = height.iter().map(|h| f64::from(h - 1.0).abs()).fold(0.0, larger);
     let ulp = worst / f64::from(f32::EPSILON);
@@ -34,7 +43,8 @@ pub fn flat_lake(context: &Context<'_>, variant: &str) -> Result<Outcome> {
         .seed(*PRINTED_LOSS)
         .only_if(ulp <= 2.0 && height.iter().all(|h| h.is_finite()))
         .note(format!(
-            "{ulp} ulp from flat after {STEPS} steps; the listings as printed after 3600 frames of 1/60 s"
+            "{ulp} ulp from flat after {taken} steps{}; the listings as printed after 3600 frames of 1/60 s",
+            if is_fixed { ", and a step changes no bit, so no other will" } else { "" }
         )))
 }
 
