@@ -2,8 +2,8 @@
 //! Scene files: defaults, limits, errors, overrides, heightmaps and the built-in scenes.
 
 use whitecap::scene::{
-    builtin, Border, Camera, Drop, Model, Override, ProblemKind, Rain, Scene, SceneError, Simulation, Start,
-    Sun, View, Walls,
+    Border, Camera, Drop, Model, Override, ProblemKind, Rain, Scene, SceneError, Simulation, Start, Sun,
+    View, Walls,
 };
 use whitecap::water::LAND_M;
 

@@ -2,7 +2,7 @@
 //! What is wrong in a scene is named, with where and with what is allowed.
 
 use super::{error, kinds, parse, LAKE};
-use whitecap::scene::{builtin, ProblemKind};
+use whitecap::scene::ProblemKind;
 
 #[test]
 fn a_value_out_of_range_is_shown_with_what_is_allowed() {
