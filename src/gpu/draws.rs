@@ -143,8 +143,8 @@ impl Recorder<'_> {
     }
 
     /// Captures what `draws` emit in `to`, one after the other from its start, as long as there is room, and counts the
-    /// bytes in `counter`: as [`Access::StreamWrite`]. What a draw takes its number from must be visible as
-    /// [`Access::StreamRead`].
+    /// bytes in `counter`: as [`Access::StreamWrite`](super::Access::StreamWrite). What a draw takes its number
+    /// from must be visible as [`Access::StreamRead`](super::Access::StreamRead).
     ///
     /// # Panics
     /// If `bound` is no [`Stream`](super::Stream), or params are not of its size.
