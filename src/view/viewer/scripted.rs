@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A window without hands.
 
-use super::{hand::Grasp, Keep, Viewer};
+use super::{hand::Grasp, Drawn, Viewer};
 use crate::{
     run::Counters,
     view::{keys::Action, script::Command, ViewError},
@@ -20,8 +20,9 @@ impl Viewer {
             Command::Frames(0) => {}
             Command::Frames(n) => {
                 is_done = false;
-                self.script[0] = Command::Frames(n - 1);
-                self.picture()?;
+                if self.picture()? {
+                    self.script[0] = Command::Frames(n - 1);
+                }
             }
             Command::Resize(size) => {
                 if self.asked.is_none() {
@@ -40,29 +41,33 @@ impl Viewer {
                 }
             }
             Command::Minimise => {
+                self.is_minimised = true;
                 self.frames.resize([0, 0]);
                 self.draw(None, None)?;
             }
             Command::Restore => {
+                self.is_minimised = false;
                 self.frames.resize(self.window.inner_size().into());
+                self.draw(None, None)?;
+            }
+            Command::Renew => {
+                self.frames.lose_surface();
                 self.draw(None, None)?;
             }
             Command::Key(action) => return self.end_of(true, action),
             Command::Set(text) => {
                 let (path, value) = text.split_once('=').unwrap_or((&text, ""));
                 self.edit(|document| document.set(path.trim(), value));
-                self.follow();
-                if let Some(error) = &self.error {
-                    println!("{error}");
-                }
+                self.follow()?;
             }
             Command::Find(text) => self.panel.filter = text,
             Command::Touch(_, 0) => self.grasp = None,
             Command::Touch(at, n) => {
                 is_done = false;
-                self.script[0] = Command::Touch(at, n - 1);
                 (self.pointer, self.grasp) = (at, Some(Grasp::Touch));
-                self.picture()?;
+                if self.picture()? {
+                    self.script[0] = Command::Touch(at, n - 1);
+                }
             }
             Command::Drag(from, to) => {
                 self.grasp = Some(self.grasp_at(from));
@@ -71,16 +76,12 @@ impl Viewer {
                     self.picture()?;
                 }
                 self.let_go();
-                self.follow();
+                self.follow()?;
             }
             Command::Screenshot(path) => {
-                self.draw(None, Some(Keep::Picture(path)))?;
+                self.keep_picture(&path)?;
             }
-            Command::Window(path) => {
-                // Once for what egui has to measure first.
-                self.draw(None, None)?;
-                self.draw(None, Some(Keep::Window(path)))?;
-            }
+            Command::Window(path) => self.keep_window(&path)?,
             Command::Save(path) => self.save(&path)?,
             Command::Wait(path) => {
                 let since = *self.asked.get_or_insert_with(Instant::now);
@@ -118,10 +119,20 @@ impl Viewer {
         self.act(action)
     }
 
-    /// The next picture as a run has it: the first is the start.
-    fn picture(&mut self) -> Result<(), ViewError> {
+    /// The next picture as a run has it: the first is the start. `false` if it is still to come: the window is covered, and
+    /// not by the script.
+    fn picture(&mut self) -> Result<bool, ViewError> {
         let passes_s = if self.has_begun { self.frame_s } else { 0.0 };
-        self.has_begun = true;
-        self.draw(Some(passes_s), None).map(drop)
+        if self.draw(Some(passes_s), None)? == Drawn::Hidden {
+            let since = *self.asked.get_or_insert_with(Instant::now);
+            if !self.is_minimised && since.elapsed() > PATIENCE {
+                return Err(ViewError::Window(
+                    "the window shows no pictures: it is covered, or has no area".into(),
+                ));
+            }
+            return Ok(self.is_minimised);
+        }
+        (self.has_begun, self.asked) = (true, None);
+        Ok(true)
     }
 }
