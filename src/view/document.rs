@@ -73,7 +73,8 @@ impl Document {
             for Parameter { path, takes, given } in self.read().1 {
                 if let (Takes::File, Some(Given::Text(name))) = (takes, given) {
                     if is_beside(&name) {
-                        let name = between(&new, &old.join(&name)).to_string_lossy().replace('\\', "/");
+                        let name =
+                            between(&new, &straight(&old.join(&name))).to_string_lossy().replace('\\', "/");
                         moved.put(&path, name.into()).map_err(io::Error::other)?;
                     }
                 }
@@ -188,6 +189,12 @@ fn is_beside(name: &str) -> bool {
     path.is_relative() && path.extension().is_some() && !name.starts_with("builtin/")
 }
 
+/// A file by its folder's own path: a way up after a way down is neither.
+fn straight(file: &Path) -> PathBuf {
+    let folder = file.parent().and_then(|folder| folder.canonicalize().ok());
+    folder.zip(file.file_name()).map_or(file.to_owned(), |(folder, name)| folder.join(name))
+}
+
 /// The way from a folder to a file; where there is none, as between drives, the whole path.
 fn between(folder: &Path, file: &Path) -> PathBuf {
     let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
@@ -259,6 +266,8 @@ mod tests {
             assert_eq!(terrain(&moved), terrain(&document));
             let back = moved.moved_to(&from.join("c.toml")).expect("two folders");
             assert_eq!(back.text(), document.text());
+            let up = moved.moved_to(&folders.path().join("d.toml")).expect("two folders");
+            assert!(!up.text().contains("../"), "{}", up.text());
         }
     }
 

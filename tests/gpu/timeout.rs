@@ -28,7 +28,10 @@ unsafe extern "system" fn wait_for_fences(
     vk::Result::TIMEOUT
 }
 
-unsafe extern "system" fn begin(cmd: vk::CommandBuffer, info: *const vk::CommandBufferBeginInfo<'_>) -> vk::Result {
+unsafe extern "system" fn begin(
+    cmd: vk::CommandBuffer,
+    info: *const vk::CommandBufferBeginInfo<'_>,
+) -> vk::Result {
     note("begins");
     unsafe { (REAL.get().unwrap().0)(cmd, info) }
 }
@@ -78,7 +81,8 @@ fn what_is_not_done_in_time_is_waited_for() {
         let families = instance.get_physical_device_queue_family_properties(physical);
         let family = families.iter().position(|it| it.queue_flags.contains(vk::QueueFlags::COMPUTE)).unwrap();
         let family = family as u32;
-        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+        let queues =
+            [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let mut features = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)

@@ -353,7 +353,8 @@ impl Frames {
         (slot.begun, slot.submitted, slot.kept) = (begun, submitted, recorded.kept);
         slot.kept.extend([Kept::Image(canvas), Kept::Buffer(picture.pixels)]);
         slot.kept.extend(copy.cloned().map(Kept::Buffer));
-        self.is_stale |= is_stale_after(presented)?;
+        let may_be_bettered = self.chain.as_ref().is_some_and(Swapchain::may_be_bettered);
+        self.is_stale |= is_stale_after(presented, may_be_bettered)?;
         if timing == Timing::Places && clock == Some(Clock::Gpu) && self.is_placed_by_end {
             self.settle(at)?;
         }

@@ -59,11 +59,11 @@ pub(super) fn taken(said: VkResult<(u32, bool)>) -> Result<Taken> {
     }
 }
 
-/// Whether the images are to be made anew before the next frame, after what vkQueuePresentKHR says. One that was lost is
-/// noticed again when they are.
-pub(super) fn is_stale_after(said: VkResult<bool>) -> Result<bool> {
+/// Whether the images are to be made anew before the next frame, after what vkQueuePresentKHR says. A surface that was lost
+/// is noticed again when they are.
+pub(super) fn is_stale_after(said: VkResult<bool>, may_be_bettered: bool) -> Result<bool> {
     match said {
-        Ok(is_suboptimal) => Ok(is_suboptimal),
+        Ok(is_suboptimal) => Ok(is_suboptimal && may_be_bettered),
         Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => Ok(true),
         Err(code) => Err(code).or_call("vkQueuePresentKHR"),
     }
@@ -87,7 +87,7 @@ impl Frames {
             match taken(said)? {
                 Taken::Image { number, is_suboptimal } => {
                     self.image = number;
-                    self.is_stale |= is_suboptimal;
+                    self.is_stale |= is_suboptimal && chain.may_be_bettered();
                     return Ok(true);
                 }
                 Taken::Later => return Ok(false),
@@ -173,10 +173,11 @@ mod tests {
         assert_eq!(taken(Err(R::ERROR_SURFACE_LOST_KHR)).unwrap(), Taken::Lost);
         assert!(taken(Err(R::ERROR_DEVICE_LOST)).unwrap_err().is_device_lost());
 
-        assert!(!is_stale_after(Ok(false)).unwrap());
-        for said in [Ok(true), Err(R::ERROR_OUT_OF_DATE_KHR), Err(R::ERROR_SURFACE_LOST_KHR)] {
-            assert!(is_stale_after(said).unwrap(), "{said:?}");
+        assert!(!is_stale_after(Ok(false), true).unwrap());
+        assert!(is_stale_after(Ok(true), true).unwrap() && !is_stale_after(Ok(true), false).unwrap());
+        for code in [R::ERROR_OUT_OF_DATE_KHR, R::ERROR_SURFACE_LOST_KHR] {
+            assert!(is_stale_after(Err(code), false).unwrap(), "{code:?}");
         }
-        assert!(is_stale_after(Err(R::ERROR_DEVICE_LOST)).unwrap_err().is_device_lost());
+        assert!(is_stale_after(Err(R::ERROR_DEVICE_LOST), true).unwrap_err().is_device_lost());
     }
 }

@@ -62,6 +62,10 @@ impl Viewer {
             self.note = Some("RenderDoc does not watch: `renderdoccmd capture -w whitecap view ...`.".into());
             return Ok(());
         };
+        if self.draw(None, None)? == Drawn::Hidden {
+            self.fail("Nothing is captured: the window shows nothing.".into());
+            return Ok(());
+        }
         let template = self.out.join("renderdoc");
         make_folder(&template)?;
         self.frames.wait()?;
@@ -71,9 +75,8 @@ impl Viewer {
             Ok::<_, ViewError>(drawn)
         });
         match (drawn?, file) {
-            (Drawn::Hidden, _) => self.fail("Nothing is captured: the window shows nothing.".into()),
-            (_, Some(file)) => self.say(format!("{} is captured.", file.display())),
-            (_, None) => self.fail("RenderDoc did not capture the frame.".into()),
+            (Drawn::Shown, Some(file)) => self.say(format!("{} is captured.", file.display())),
+            _ => self.fail("RenderDoc did not capture the frame.".into()),
         }
         Ok(())
     }

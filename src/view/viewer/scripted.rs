@@ -9,8 +9,10 @@ use crate::{
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;
 
-/// How long a script waits for the window system to give a window its size, or for a file.
+/// How long a script waits for the window system to give a window its size, or its images.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long it waits for a file, which others take their time to write.
+const FILE_PATIENCE: Duration = Duration::from_secs(60);
 
 impl Viewer {
     pub(super) fn follow_script(&mut self) -> Result<bool, ViewError> {
@@ -87,7 +89,7 @@ impl Viewer {
                 let since = *self.asked.get_or_insert_with(Instant::now);
                 self.draw(None, None)?;
                 is_done = path.exists();
-                if !is_done && since.elapsed() > PATIENCE {
+                if !is_done && since.elapsed() > FILE_PATIENCE {
                     return Err(ViewError::Script(format!("{} does not come", path.display())));
                 }
             }
