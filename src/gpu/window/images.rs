@@ -149,8 +149,8 @@ mod tests {
             retired.free_up_to(done);
             gone.borrow().clone()
         };
-        assert_eq!(free(0), []);
-        assert_eq!(free(2), []);
+        assert_eq!(free(0), [0u32; 0]);
+        assert_eq!(free(2), [0u32; 0]);
         assert_eq!(free(3), [1, 2]);
         // What comes later in the list may use what comes before it, so it never goes first.
         assert_eq!(free(4), [1, 2]);
