@@ -212,7 +212,7 @@ mod tests {
         for (tuning, cells) in [
             (tuning(8, 4, 8, 6), UVec2::new(255, 130)),
             (tuning(8, 4, 4, 3), UVec2::new(257, 129)),
-            (tuning(16, 8, 8, 8), UVec2::new(400, 300)),
+            (tuning(16, 8, 8, 8), UVec2::new(600, 400)),
         ] {
             let [open, shore] = [0, 1].map(|of| written(&gpu, tuning, cells, of));
             let count = |of: &[[bool; 2]]| of.iter().filter(|it| it[0]).count();
