@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Compiles `glsl/<module>/<pass>.<stage>` with warnings as errors, and writes `$OUT_DIR/shaders.rs`: the SPIR-V as
-//! constants (`WATER_BOOK_COMP`), a list of all of them, and the include files for the run-time compiler.
+//! constants (`WATER_BOOK_COMP`), a list of all of them, the include files for the run-time compiler, and hashes of all
+//! files, for those who read them again.
 
 use std::{env, fmt::Write, fs, path::Path};
 
@@ -16,14 +17,16 @@ fn main() {
         .unwrap_or_else(|error| panic!("{error}"));
 
     let (mut code, mut all, mut includes) = (String::new(), String::new(), String::new());
+    let mut hashes = String::new();
     for (module, file, path) in sources() {
+        let source = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+        writeln!(hashes, "    (\"{module}/{file}\", {}),", glsl::hash(&source)).expect("a String");
         let (stem, kind) = file.rsplit_once('.').expect("a file name with an extension");
         let Some(stage) = glsl::Stage::of_extension(kind) else {
             let absolute = fs::canonicalize(&path).expect("a file just listed");
             writeln!(includes, "    (\"{module}/{file}\", include_str!({absolute:?})),").expect("a String");
             continue;
         };
-        let source = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
         let mut words = compiler.compile(&source, &path, stage).unwrap_or_else(|e| panic!("\n{e}\n"));
         if env::var("PROFILE").as_deref() == Ok("release") {
             words = without_source(&words);
@@ -47,6 +50,11 @@ fn main() {
     writeln!(
         code,
         "/// Files that shaders include: path below `glsl/` and text.\npub const INCLUDES: &[(&str, &str)] = &[\n{includes}];"
+    )
+    .expect("a String");
+    writeln!(
+        code,
+        "/// Every file of `glsl/`, by its path below it: [`hash`](crate::gpu::glsl::hash) of its text.\npub const HASHES: &[(&str, u64)] = &[\n{hashes}];"
     )
     .expect("a String");
     fs::write(format!("{out}/shaders.rs"), code).expect("OUT_DIR is writable");

@@ -7,6 +7,7 @@
 use serde_json::Value;
 use std::{
     fs,
+    path::Path,
     process::{Command, Output},
 };
 
@@ -22,6 +23,16 @@ fn run(args: &[&str], watched: bool) -> Output {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Whether there is a RenderDoc here that has to see the run: its program, or its layer where loaders look for it.
+fn is_installed() -> bool {
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let has_program = std::env::split_paths(&paths).any(|dir| dir.join("renderdoccmd").exists());
+    has_program
+        || ["/usr/share", "/usr/local/share", "/etc"]
+            .iter()
+            .any(|root| Path::new(root).join("vulkan/implicit_layer.d/renderdoc_capture.json").exists())
 }
 
 /// What a capture has in it, or why it cannot be replayed here.
@@ -48,9 +59,8 @@ fn a_capture_has_every_pass_under_its_label() {
     let mut args = vec!["run", "fjord", "--frames", "3", "--size", "64x48", "--no-frames", "--json"];
     args.extend(["--out", folder, "--trace", file, "--renderdoc-frame", "1"]);
     let output = run(&args, true);
-    if output.status.code() == Some(3) {
-        println!("SKIP: RenderDoc is not installed, or has nothing to capture on: {}", text(&output.stderr));
-        return;
+    if output.status.code() == Some(3) && !is_installed() {
+        return println!("SKIP: RenderDoc is not installed: {}", text(&output.stderr));
     }
     assert!(output.status.success(), "{}", text(&output.stderr));
     let stats: Value = serde_json::from_slice(&output.stdout).unwrap();

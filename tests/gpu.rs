@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The Vulkan core: structs that cross to the GPU are laid out as the SPIR-V declares, kernels that disagree with their
-//! shaders are refused, devices are chosen by name, and the embedding example runs as it is.
+//! shaders are refused, devices are chosen by name, what is not done in time is waited for, and the embedding example runs as it is.
 #![allow(missing_docs)]
 
 mod common;
@@ -8,6 +8,9 @@ mod common;
 #[allow(dead_code)]
 #[path = "../examples/embed.rs"]
 mod embed;
+
+#[path = "gpu/timeout.rs"]
+mod timeout;
 
 use std::mem::{offset_of, size_of};
 use whitecap::{

@@ -260,6 +260,197 @@ fn shaders_are_read_again_and_broken_ones_change_nothing() {
 }
 
 #[test]
+fn what_cannot_be_written_is_said_and_the_window_goes_on() {
+    let (dir, script) = scripted(
+        "frames 2; key F2; key F9; set sun.elevation_deg=20; frames 1; key R; frames 4; screenshot $/a.png; exit",
+    );
+    fs::write(dir.path().join("file"), "").unwrap();
+    let out = dir.path().join("file/out");
+    let args =
+        ["pond", "--size", "160x100", "--no-panel", "--out", out.to_str().unwrap(), "--script", &script];
+    let Some(said) = view(&args) else { return };
+    assert_eq!(said.matches("cannot make the folder").count(), 2, "{said}");
+    let sun = ["--set", "sun.elevation_deg=20"];
+    let (want, _) = run(dir.path(), &[&["pond", "--size", "160x100", "--frames", "4"], &sun[..]].concat());
+    assert_same(&dir.path().join("a.png"), &want);
+}
+
+#[test]
+fn edits_outlive_a_window_that_fails() {
+    let (dir, script) =
+        scripted("frames 1; set sun.elevation_deg=21; frames 1; screenshot $/file/a.png; exit");
+    fs::write(dir.path().join("file"), "").unwrap();
+    let out = dir.path().join("out");
+    let args = ["view", "pond", "--size", "160x100", "--out", out.to_str().unwrap(), "--script", &script];
+    let Some(command) = in_a_window() else { return };
+    let _alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let output = prepared(command, &args).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
+    assert!(text(&output).contains("cannot make the folder"), "{}", text(&output));
+    let saved = fs::read_to_string(out.join("scene_001.toml")).unwrap();
+    assert!(saved.contains("elevation_deg = 21"), "{saved}");
+}
+
+#[test]
+fn what_is_saved_is_what_f5_reads_and_it_finds_its_files() {
+    let (dir, script) = scripted(
+        "frames 2; set water.0.depth_m=0.7; save $/out/today/a.toml; set water.0.depth_m=0.9; wait $/edited; key F5; \
+         save $/b.toml; screenshot $/b.png; exit",
+    );
+    let at = |name: &str| dir.path().join(name);
+    fs::create_dir(at("scenes")).unwrap();
+    fs::copy("scenes/pond.asc", at("scenes/rock.asc")).unwrap();
+    let pond = builtin::toml("pond").unwrap().replace("builtin/pond.asc", "rock.asc");
+    fs::write(at("scenes/pond.toml"), pond).unwrap();
+    let scene = at("scenes/pond.toml");
+    let Some(command) = in_a_window() else { return };
+    let _alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    // What the command line changes is in the file that is saved, and does not come again with F5.
+    let set = "water.0.damping_per_s=0.5";
+    let args = [
+        "view",
+        scene.to_str().unwrap(),
+        "--size",
+        "160x100",
+        "--set",
+        set,
+        "--validate",
+        "--script",
+        &script,
+    ];
+    let child = prepared(command, &args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let saved = at("out/today/a.toml");
+    let start = Instant::now();
+    while !saved.exists() && start.elapsed() < Duration::from_secs(60) {
+        thread::sleep(Duration::from_millis(20));
+    }
+    let text_a = fs::read_to_string(&saved).unwrap();
+    assert!(
+        text_a.contains("heightmap = \"../../scenes/rock.asc\"") && text_a.contains("depth_m = 0.7"),
+        "{text_a}"
+    );
+    fs::write(&saved, text_a.replace("damping_per_s = 0.5", "damping_per_s = 0.25")).unwrap();
+    fs::write(at("edited"), "").unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("Edits that were not saved are gone."), "{said}");
+    let text_b = fs::read_to_string(at("b.toml")).unwrap();
+    assert!(text_b.contains("heightmap = \"scenes/rock.asc\""), "{text_b}");
+    assert!(text_b.contains("depth_m = 0.7") && text_b.contains("damping_per_s = 0.25"), "{text_b}");
+    for file in [saved, at("b.toml")] {
+        run(dir.path(), &[file.to_str().unwrap(), "--frames", "1"]);
+    }
+}
+
+#[test]
+fn a_built_in_scene_that_was_saved_is_read_again_and_without_shaders_that_is_said() {
+    let none = ["--glsl", "no/such/folder"];
+    let (_dir, script) = scripted("frames 1; key F5; save $/a.toml; key F5; exit");
+    let Some(said) = view(&[&["pond", "--size", "160x100", "--script", &script], &none[..]].concat()) else {
+        return;
+    };
+    assert!(said.contains("Nothing to read again") && said.contains("no folder no/such/folder"), "{said}");
+    assert!(said.contains("Read again: no shaders, as there is no folder no/such/folder"), "{said}");
+}
+
+#[test]
+fn a_lost_surface_is_made_anew() {
+    let (dir, script) =
+        scripted("frames 2; renew; frames 1; renew; resize 200x120; renew; frames 1; window $/a.png; exit");
+    if view(&["pond", "--size", "160x100", "--no-panel", "--script", &script]).is_none() {
+        return;
+    }
+    let (want, _) = run(dir.path(), &["pond", "--size", "200x120", "--frames", "4"]);
+    assert_same(&dir.path().join("a.png"), &want);
+}
+
+#[test]
+fn a_scene_of_meshes_keeps_its_state() {
+    let (dir, script) = scripted("frames 8; key F5; set output.view=voxels; frames 2; say; exit");
+    let args = ["sandblast", "--size", "64x48"];
+    let Some(said) = view(&[&args[..], &["--script", &script]].concat()) else { return };
+    let (_, stats) = run(dir.path(), &[&args[..], &["--frames", "10"]].concat());
+    let volume = &stats["volume"];
+    assert!(volume["impacts"].as_u64().unwrap() > 0, "nothing is painted: {volume}");
+    let emitters = stats["emitters"].as_array().unwrap().iter().map(|it| &it["state_hash"]);
+    let hashes: Vec<_> = emitters.chain([&volume["paint_hash"]]).map(|it| it.as_str().unwrap()).collect();
+    assert_eq!(after(&said, "hashes "), hashes.join(" "), "{said}");
+}
+
+/// Processor time of a process so far (s).
+#[cfg(target_os = "linux")]
+fn busy_s(pid: u32) -> f64 {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    let ticks = |i: usize| fields[i].parse::<f64>().unwrap(); // utime and stime, counted from the state
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+/// One window over another, in an X server of their own.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_covered_window_rests_and_its_picture_is_written_all_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let under = "frames 3; screenshot $/ready.png; wait $/rested; screenshot $/a.png; window $/b.png; exit";
+    let over = "frames 2; screenshot $/covered.png; wait $/end; exit";
+    let [under, over] = [under, over].map(|it| it.replace('$', dir.path().to_str().unwrap()));
+    if !has("xvfb-run") || !has("Xvfb") || !has("xauth") {
+        return println!("SKIP: no xvfb-run: which window covers which cannot be said");
+    }
+    let _alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut command = Command::new("xvfb-run");
+    command.args(["-a", "-s", "-screen 0 640x480x24", "sh", "-c"]).env_remove("WAYLAND_DISPLAY");
+    let both = r#"
+        "$0" view pond --size 160x100 --no-panel --script "$1" & under=$!; echo $under > "$3/pid.new"; mv "$3/pid.new" "$3/pid"
+        while [ ! -e "$3/ready.png" ]; do sleep 0.1; done
+        "$0" view pond --size 320x240 --no-panel --script "$2" & over=$!
+        wait $under; echo "code $?"; : > "$3/end"; wait $over"#;
+    let args = [both, TOOL, &under, &over, dir.path().to_str().unwrap()];
+    let child = prepared(command, &args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while !at("covered.png").exists() && start.elapsed() < Duration::from_secs(60) {
+        thread::sleep(Duration::from_millis(20));
+    }
+    let pid = fs::read_to_string(at("pid")).unwrap().trim().parse().unwrap();
+    thread::sleep(Duration::from_millis(500));
+    let before_s = busy_s(pid);
+    thread::sleep(Duration::from_secs(2));
+    let busy_s = busy_s(pid) - before_s;
+    fs::write(at("rested"), "").unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = text(&output);
+    assert!(busy_s < 0.4, "busy for {busy_s} s of 2 s while nothing of it is seen: {said}");
+    // Nothing of the window can be written, and that is an error; the picture can.
+    assert!(said.contains("code 3") && said.contains("the window shows nothing: it is covered"), "{said}");
+    let (want, _) = run(dir.path(), &["pond", "--size", "160x100", "--frames", "3"]);
+    assert_same(&at("a.png"), &want);
+}
+
+#[test]
+fn f12_has_renderdoc_capture_once() {
+    let layer = ["/usr/share", "/usr/local/share", "/etc"]
+        .map(|root| Path::new(root).join("vulkan/implicit_layer.d/renderdoc_capture.json"));
+    if !layer.iter().any(|it| it.exists()) {
+        return println!("SKIP: RenderDoc is not installed");
+    }
+    let (dir, script) = scripted("frames 2; key F12; frames 2; minimise; key F12; exit");
+    let Some(command) = in_a_window() else { return };
+    let _alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let args =
+        ["view", "pond", "--size", "160x100", "--out", dir.path().to_str().unwrap(), "--script", &script];
+    let mut command = prepared(command, &args);
+    let output = command.env("ENABLE_VULKAN_RENDERDOC_CAPTURE", "1").output().unwrap();
+    let said = text(&output);
+    assert!(output.status.success(), "{said}");
+    let files = fs::read_dir(dir.path()).unwrap().flatten().map(|entry| entry.path());
+    let captures = files.filter(|path| path.extension().is_some_and(|it| it == "rdc")).count();
+    assert_eq!((captures, said.matches("is captured.").count()), (1, 1), "{said}");
+    assert!(said.contains("Nothing is captured: the window shows nothing."), "{said}");
+}
+
+#[test]
 fn f9_traces_the_passes_of_frames() {
     let (dir, script) = scripted("frames 2; key F9; frames 5; exit");
     let out = dir.path().to_str().unwrap();

@@ -37,8 +37,8 @@ Keys: Space pause, . one picture further, R start again, H home camera, O orbit,
 reload scene and shaders, F9 trace, F12 RenderDoc, Esc leave. Left button: ripples, stirs disks, drags emitters; right \
 turns, middle pans, wheel zooms.
 
-Commands of --script: frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; drag X,Y X,Y; \
-screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
+Commands of --script: frames N; resize WxH; minimise; restore; renew; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; drag X,Y \
+X,Y; screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 #[cfg(feature = "viewer")]
 pub fn run(args: &ViewArgs) -> Result<(), Failure> {

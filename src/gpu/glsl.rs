@@ -30,6 +30,12 @@ impl Stage {
     }
 }
 
+/// Tells one text from another (FNV-1a): whether a file is still what the binary was made from.
+pub fn hash(text: &str) -> u64 {
+    text.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
+}
+
 /// GLSL that does not compile: the compiler's own lines, each with file and line, and an excerpt of the first.
 #[derive(Debug)]
 pub struct CompileError {

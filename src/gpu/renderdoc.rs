@@ -15,8 +15,11 @@ const VERSION: c_int = 1_01_02;
 /// `RENDERDOC_API_1_1_2` as far as it is used here: a table of functions, and that order is its interface.
 #[repr(C)]
 struct Api {
-    /// From `GetAPIVersion` to `UnloadCrashHandler`.
-    others: [*const c_void; 11],
+    /// From `GetAPIVersion` to `SetFocusToggleKeys`.
+    others: [*const c_void; 6],
+    set_capture_keys: unsafe extern "C" fn(*mut c_int, c_int),
+    /// From `GetOverlayBits` to `UnloadCrashHandler`.
+    overlay: [*const c_void; 4],
     set_capture_file_path_template: unsafe extern "C" fn(*const c_char),
     get_capture_file_path_template: *const c_void,
     get_num_captures: unsafe extern "C" fn() -> c_uint,
@@ -46,6 +49,13 @@ impl RenderDoc {
             get.ok()?(VERSION, &mut api)
         };
         (found == 1 && !api.is_null()).then_some(Self { api: api as *const Api, _library: library })
+    }
+
+    /// RenderDoc captures at no key of its own from now on, which is F12 too: whoever has a key asks by
+    /// [`RenderDoc::capture`], and gets one capture.
+    pub fn leave_keys(&self) {
+        // SAFETY: no keys, as the header says.
+        unsafe { (self.api().set_capture_keys)(ptr::null_mut(), 0) };
     }
 
     /// Captures all that is submitted while `body` runs, to a file whose name begins with `template`; `None` if RenderDoc

@@ -330,6 +330,10 @@ impl Flush for Fenced<'_> {
         if self.failed.is_none() {
             let done = submit(self.gpu, cmd, self.fence, &mut self.so_far.host);
             self.so_far.stamps.push(Instant::now());
+            if done.is_err() {
+                // Nothing that is on its way is begun anew, or dropped by whoever gave up. Where the device is lost, nothing is.
+                let _ = unsafe { self.gpu.device().queue_wait_idle(*self.gpu.queue()) };
+            }
             let (done, begun) = (done.err(), begin(self.gpu.device(), cmd)); // what follows a failure is thrown away
             self.failed = done.or(begun.err());
         }

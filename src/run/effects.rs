@@ -165,15 +165,16 @@ impl Emitters {
     ///
     /// # Errors
     /// The device's.
-    pub fn replace(&mut self, changed: Vec<Option<Source>>) -> Result<Vec<Source>, RunError> {
+    pub fn replace(&mut self, mut changed: Vec<Option<Source>>) -> Result<Vec<Source>, RunError> {
+        // All that can fail has failed before anything is replaced.
+        for (new, old) in changed.iter_mut().zip(&self.sources) {
+            new.iter_mut().try_for_each(|new| new.go_on_from(old))?;
+        }
         let mut left: Vec<Source> = self.sources.drain(changed.len().min(self.sources.len())..).collect();
         for (i, new) in changed.into_iter().enumerate() {
-            let Some(mut new) = new else { continue };
+            let Some(new) = new else { continue };
             match self.sources.get_mut(i) {
-                Some(old) => {
-                    new.go_on_from(old)?;
-                    left.push(std::mem::replace(old, new));
-                }
+                Some(old) => left.push(std::mem::replace(old, new)),
                 None => self.sources.push(new),
             }
         }

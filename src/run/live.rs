@@ -157,13 +157,29 @@ impl World {
         Ok(left)
     }
 
-    /// All made anew, with the states that fit; a scene of meshes, whose particles and paint go by them, from the start.
-    fn begin_again(&mut self, gpu: &Gpu, scene: &Scene, plan: &Plan, old: &Plan) -> Result<Left, RunError> {
+    /// All made anew, with the states that fit. Particles and paint go by meshes: where those or their cells are others, or
+    /// the seed, all is from the start.
+    fn begin_again(
+        &mut self,
+        gpu: &Gpu,
+        scene: &Scene,
+        plan: &Plan,
+        before: &Plan,
+    ) -> Result<Left, RunError> {
         let mut new = Self::of_size(gpu, scene, plan, self.stage.size())?;
-        if scene.seed == self.scene.seed && new.room.is_none() {
+        let is_alike = scene.seed == self.scene.seed
+            && match (&mut new.room, &self.room) {
+                (Some((new, _)), Some((old, _)))
+                    if (&plan.meshes, &plan.volume) == (&before.meshes, &before.volume) =>
+                {
+                    new.go_on_from(gpu, old)?
+                }
+                (new, _) => new.is_none(),
+            };
+        if is_alike {
             for (i, lake) in new.lakes.iter_mut().enumerate() {
                 let was = self.scene.water.get(i).filter(|was| goes_on(was, &scene.water[i]));
-                if was.is_some() && plan.terrain == old.terrain {
+                if was.is_some() && plan.terrain == before.terrain {
                     lake.go_on_from(gpu, &self.lakes[i])?;
                 }
             }

@@ -126,6 +126,21 @@ pub enum RunError {
     Checkpoint(#[from] CheckpointError),
 }
 
+impl RunError {
+    /// What the device said, if it was the device.
+    pub fn gpu(&self) -> Option<&gpu::Error> {
+        match self {
+            Self::Gpu(error)
+            | Self::Water(water::Error::Gpu(error))
+            | Self::Disks(crate::disks::Error::Gpu(error))
+            | Self::Particles(particles::Error::Gpu(error))
+            | Self::Meshes(MeshesError::Gpu(error))
+            | Self::Paint(crate::paint::Error::Gpu(error)) => Some(error),
+            _ => None,
+        }
+    }
+}
+
 /// Spans that are timed in one submission; further steps are not.
 const SPANS: usize = 64;
 /// The same where all of them are wanted.

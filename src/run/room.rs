@@ -159,6 +159,21 @@ impl Room {
         self.clock.advance(frame_s);
     }
 
+    /// Goes on where `old` is, which is of the same meshes in the same cells. `false` if it takes other steps.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn go_on_from(&mut self, gpu: &Gpu, old: &Self) -> Result<bool, RunError> {
+        if self.clock.dt_s() != old.clock.dt_s() {
+            return Ok(false);
+        }
+        if let (Some(new), Some(old)) = (&self.brush, &old.brush) {
+            new.restore(gpu, &old.state(gpu)?)?; // maps of another size are bare
+        }
+        (self.clock, self.taken, self.is_placed) = (old.clock.clone(), old.taken, false);
+        Ok(true)
+    }
+
     /// Goes on after `pictures` of `frame_s`, with what [`Room::state`] was. `false` if it is of other maps.
     pub fn restore(
         &mut self,

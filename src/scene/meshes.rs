@@ -162,7 +162,7 @@ pub(super) fn meshes(root: &mut Table<'_>) -> Vec<MeshScene> {
 fn mesh(mut table: Table<'_>, others: &[MeshScene]) -> MeshScene {
     let ends = |file: &str| [".glb", ".gltf", ".obj"].iter().any(|end| file.to_lowercase().ends_with(end));
     let name = table.text("name", NAMES, is_name);
-    let file = table.text("file", "a .glb, .gltf or .obj file", ends);
+    let file = table.file("file", "a .glb, .gltf or .obj file", ends);
     let shapes = SHAPES.join(", ");
     let kind = table.text("shape", &shapes, |kind| SHAPES.contains(&kind));
     let source = match (table.has("file"), table.has("shape")) {

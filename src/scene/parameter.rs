@@ -32,8 +32,10 @@ pub enum Takes {
     OneOfNumbers(Vec<u32>),
     /// `true` or `false`.
     Flag,
-    /// Any text, as far as the range of a name or a file goes.
+    /// Any text, as far as the range of a name goes.
     Text,
+    /// The path of a file, from the folder of the scene; or a name that stands for one of the crate's.
+    File,
 }
 
 /// What a key has.

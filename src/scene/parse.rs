@@ -288,6 +288,17 @@ impl<'r> Table<'r> {
         None
     }
 
+    /// As [`Table::text`], for the path of a file, or a name that stands for one.
+    pub(super) fn file(
+        &mut self,
+        key: &'static str,
+        allowed: &str,
+        rule: impl Fn(&str) -> bool,
+    ) -> Option<&'r str> {
+        self.list_as(key, Takes::File);
+        self.text(key, allowed, rule)
+    }
+
     /// An array of texts that `rule` allows, if the key is there.
     pub(super) fn texts(
         &mut self,

@@ -165,8 +165,8 @@ fn emitter(
     let effects = format!("{}, or a .glsl file", built_in.join(", "));
     let laws = format!("{}, or a .glsl file", LAWS.join(", "));
     let name = table.text("name", NAMES, is_name);
-    let effect = table.text("effect", &effects, |file| built_in.contains(&file) || is_glsl(file));
-    let law = table.text("law", &laws, |file| LAWS.contains(&file) || is_glsl(file));
+    let effect = table.file("effect", &effects, |file| built_in.contains(&file) || is_glsl(file));
+    let law = table.file("law", &laws, |file| LAWS.contains(&file) || is_glsl(file));
     let name = name.or(effect.or(law).filter(|file| is_name(file))).unwrap_or("emitter").to_owned();
     if let Some(i) = others.iter().position(|other| other.name == name) {
         table.conflict("name", format!("is {name:?}, as emitter.{i} is called already; names are unique"));
@@ -213,7 +213,7 @@ fn emitter(
     let collides = matches!(&throws, Throws::Law(law) if law.colliding.is_some());
     let draw = table.choice("draw", draws).unwrap_or(if collides { Draw::Balls } else { Draw::Quads });
     let is_png = |file: &str| file.ends_with(".png");
-    let texture = table.text("texture", "a .png file", is_png).map(str::to_owned);
+    let texture = table.file("texture", "a .png file", is_png).map(str::to_owned);
     let soft = table.choice("soft", &[("yes", true), ("no", false)]).unwrap_or(false);
     if draw == Draw::Splat {
         if texture.is_some() {

@@ -133,7 +133,7 @@ fn terrain(mut table: Table<'_>, base_dir: Option<&Path>) -> TerrainSource {
     let is_known = |name: &str| {
         Format::of(name).is_some() && (!name.starts_with("builtin/") || builtin::asset(name).is_some())
     };
-    let heightmap = table.text("heightmap", allowed, is_known);
+    let heightmap = table.file("heightmap", allowed, is_known);
     if !table.has("heightmap") {
         table.missing("heightmap", format_args!("{allowed}"));
     }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene as a text that is edited: comments and order stay, and every change goes through the schema as a file does.
 
-use crate::scene::{Override, Parameter, Scene, SceneError};
-use std::path::PathBuf;
+use crate::scene::{Given, Override, Parameter, Scene, SceneError, Takes};
+use std::{
+    io,
+    path::{Component, Path, PathBuf},
+};
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 /// Where a scene comes from.
@@ -12,7 +15,7 @@ pub struct Source {
     pub text: String,
     /// Stands in errors.
     pub name: String,
-    /// The file, if it is one: read again, and saved to.
+    /// The file, if it is one: read again.
     pub file: Option<PathBuf>,
     /// Changes of the command line.
     pub changes: Vec<Override>,
@@ -51,6 +54,33 @@ impl Document {
     /// What the text means, and every key that it has or could have.
     pub fn read(&self) -> (Result<Scene, SceneError>, Vec<Parameter>) {
         Scene::parse_listing(&self.text(), &self.name, self.base_dir.as_deref())
+    }
+
+    /// The same scene as `file`, whose folder is there: files that it names from its old folder it names from the new one.
+    ///
+    /// # Errors
+    /// If one of the folders cannot be found.
+    pub fn moved_to(&self, file: &Path) -> io::Result<Self> {
+        let folder = |path: &Path| match path.as_os_str().is_empty() {
+            true => Path::new(".").canonicalize(),
+            false => path.canonicalize(),
+        };
+        let base_dir = file.parent().unwrap_or(Path::new("")).to_owned();
+        let (old, new) = (folder(self.base_dir.as_deref().unwrap_or(Path::new("")))?, folder(&base_dir)?);
+        let mut moved =
+            Self { name: file.display().to_string(), base_dir: Some(base_dir), tree: self.tree.clone() };
+        if old != new {
+            for Parameter { path, takes, given } in self.read().1 {
+                if let (Takes::File, Some(Given::Text(name))) = (takes, given) {
+                    if is_beside(&name) {
+                        let name =
+                            between(&new, &straight(&old.join(&name))).to_string_lossy().replace('\\', "/");
+                        moved.put(&path, name.into()).map_err(io::Error::other)?;
+                    }
+                }
+            }
+        }
+        Ok(moved)
     }
 
     /// Gives a key a value, in TOML; a bare word is a string. Tables that are not there are made.
@@ -153,6 +183,28 @@ fn index_of(item: &Item, part: &str, path: &str) -> Option<usize> {
     })
 }
 
+/// Whether this is a file below the folder of the scene, not one of the crate's own nor one with a whole path.
+fn is_beside(name: &str) -> bool {
+    let path = Path::new(name);
+    path.is_relative() && path.extension().is_some() && !name.starts_with("builtin/")
+}
+
+/// A file by its folder's own path: a way up after a way down is neither.
+fn straight(file: &Path) -> PathBuf {
+    let folder = file.parent().and_then(|folder| folder.canonicalize().ok());
+    folder.zip(file.file_name()).map_or(file.to_owned(), |(folder, name)| folder.join(name))
+}
+
+/// The way from a folder to a file; where there is none, as between drives, the whole path.
+fn between(folder: &Path, file: &Path) -> PathBuf {
+    let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return file.to_owned();
+    }
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(file.components().skip(shared)).collect()
+}
+
 /// As short as an f32 can be told by: what is dragged has no more digits.
 fn short(x: f64) -> f64 {
     let few = x as f32;
@@ -187,6 +239,36 @@ mod tests {
         assert!(error.contains("gravity_mps2 is -1") && error.contains("allowed"), "{error}");
         document.remove("water.0.gravity_mps2");
         assert!(document.read().0.is_ok());
+    }
+
+    #[test]
+    fn a_scene_that_moves_takes_the_way_to_its_files_with_it() {
+        let folders = tempfile::tempdir().expect("a folder");
+        let (from, to) = (folders.path().join("scenes"), folders.path().join("out/today"));
+        std::fs::create_dir_all(&from).expect("a folder");
+        std::fs::create_dir_all(&to).expect("a folder");
+        let asset = builtin::asset("builtin/pond.asc").expect("a built-in asset");
+        std::fs::write(from.join("pond.asc"), asset).expect("a file");
+        let absolute = from.join("pond.asc").to_string_lossy().replace('\\', "/");
+        for (named, then) in [
+            ("pond.asc", "../../scenes/pond.asc"),
+            ("builtin/pond.asc", "builtin/pond.asc"),
+            (&absolute, &absolute),
+        ] {
+            let text = builtin::toml("pond").expect("a built-in scene").replace("builtin/pond.asc", named);
+            let file = Some(from.join("pond.toml"));
+            let source = Source { text, name: "pond.toml".into(), file, changes: Vec::new() };
+            let document = Document::new(&source).expect("a scene");
+            let moved = document.moved_to(&to.join("b.toml")).expect("two folders");
+            assert!(moved.text().contains(&format!("heightmap = \"{then}\"   # says")), "{}", moved.text());
+            let terrain =
+                |it: &Document| it.read().0.expect("a scene").terrain_heights().expect("its terrain");
+            assert_eq!(terrain(&moved), terrain(&document));
+            let back = moved.moved_to(&from.join("c.toml")).expect("two folders");
+            assert_eq!(back.text(), document.text());
+            let up = moved.moved_to(&folders.path().join("d.toml")).expect("two folders");
+            assert!(!up.text().contains("../"), "{}", up.text());
+        }
     }
 
     #[test]

@@ -46,7 +46,7 @@ use std::{path::PathBuf, sync::Arc};
 use viewer::Viewer;
 use winit::{
     application::ApplicationHandler,
-    event::WindowEvent,
+    event::{StartCause, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoop},
     window::WindowId,
 };
@@ -105,6 +105,20 @@ impl From<FileError> for ViewError {
     }
 }
 
+impl ViewError {
+    /// Whether a window may go on after it: a file, a number or room that was missing, and not the device.
+    fn can_go_on(&self) -> bool {
+        match self {
+            Self::Run(error) => error.gpu().is_none_or(|error| {
+                error.is_out_of_memory()
+                    || !matches!(error, gpu::Error::Vulkan { .. } | gpu::Error::Timeout { .. })
+            }),
+            Self::Window(_) => true,
+            Self::Script(_) | Self::Panel(_) => false,
+        }
+    }
+}
+
 fn no_display(reason: impl std::fmt::Display) -> ViewError {
     // The window library says first where in its own source it noticed.
     let text = reason.to_string();
@@ -150,6 +164,7 @@ impl App {
             Ok(true) => {}
             Ok(false) => events.exit(),
             Err(error) => {
+                self.viewer.iter_mut().for_each(Viewer::rescue);
                 self.failed.get_or_insert(error);
                 events.exit();
             }
@@ -176,6 +191,12 @@ impl ApplicationHandler for App {
         let Some(viewer) = &mut self.viewer else { return };
         let outcome = viewer.on_event(&event);
         self.end(events, outcome);
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (Some(viewer), StartCause::ResumeTimeReached { .. }) = (&self.viewer, cause) {
+            viewer.try_again();
+        }
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shaders from the files that they were compiled from, read again while the window is open. Only those that are in use
-//! and whose text has changed since the window was opened, their includes among it, are compiled.
+//! and whose text is not the binary's, that of their includes among it, are compiled.
 //!
 //! Left out: what a scene compiles itself, effects and laws of its own. They are read again with the scene, and see the
 //! includes of the binary.
 
 use crate::{
     gpu::{
-        glsl::{Compiler, Stage},
+        glsl::{self, Compiler, Stage},
         reload::Replacements,
         Gpu,
     },
@@ -19,11 +19,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A folder of GLSL, as it was when the window was opened.
-pub struct Files {
-    dir: PathBuf,
-    first: BTreeMap<String, String>,
-}
+/// A folder of GLSL.
+pub struct Files(PathBuf);
 
 /// What was compiled.
 pub struct Compiled {
@@ -72,23 +69,30 @@ fn is_touched(
 }
 
 impl Files {
-    /// # Errors
-    /// If the folder cannot be read.
-    pub fn new(dir: &Path) -> Result<Self, String> {
-        Ok(Self { dir: dir.to_owned(), first: texts(dir)? })
+    /// Those in `dir`, which may come later.
+    pub fn new(dir: &Path) -> Self {
+        Self(dir.to_owned())
     }
 
-    /// Compiles what is in use on `gpu` and is no longer what it was.
+    /// The folder.
+    pub fn dir(&self) -> &Path {
+        &self.0
+    }
+
+    /// Compiles what is in use on `gpu` and is not what the binary has; `None` if there is no such folder.
     ///
     /// # Errors
     /// The compiler's words, with file, line and excerpt.
-    pub fn compile(&self, gpu: &Gpu) -> Result<Compiled, String> {
-        let now = texts(&self.dir)?;
-        let changed: BTreeSet<_> = now
-            .iter()
-            .filter(|(name, text)| self.first.get(*name) != Some(text))
-            .map(|(name, _)| name)
-            .collect();
+    pub fn compile(&self, gpu: &Gpu) -> Result<Option<Compiled>, String> {
+        let Self(dir) = self;
+        if !dir.is_dir() {
+            return Ok(None);
+        }
+        let now = texts(dir)?;
+        let binary: BTreeMap<&str, u64> = shaders::HASHES.iter().copied().collect();
+        let is_other =
+            |(name, text): &(&String, &String)| binary.get(name.as_str()) != Some(&glsl::hash(text));
+        let changed: BTreeSet<_> = now.iter().filter(is_other).map(|(name, _)| name).collect();
         let includes = now.clone();
         let compiler =
             Compiler::new(move |name| includes.get(name).cloned()).map_err(|error| error.to_string())?;
@@ -100,19 +104,28 @@ impl Files {
             if !is_touched(&file, &now, &changed, &mut BTreeSet::new()) {
                 continue;
             }
-            let shown = self.dir.join(&file).to_string_lossy().into_owned();
+            let shown = dir.join(&file).to_string_lossy().into_owned();
             let words = compiler.compile(text, &shown, stage).map_err(|error| error.to_string())?;
             let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             compiled.replacements.insert(spv.as_ptr() as usize, bytes);
             compiled.names.push((*name).to_owned());
         }
-        Ok(compiled)
+        Ok(Some(compiled))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_folder_of_this_crate_is_what_the_binary_has() {
+        let files = texts(Path::new("glsl")).expect("the folder");
+        assert_eq!(files.len(), shaders::HASHES.len());
+        for (name, hash) in shaders::HASHES {
+            assert_eq!(glsl::hash(&files[*name]), *hash, "{name}");
+        }
+    }
 
     #[test]
     fn a_shader_is_touched_through_its_includes() {

@@ -16,6 +16,8 @@ pub enum Command {
     Minimise,
     /// It has one again.
     Restore,
+    /// The window system has lost its surface, which is made anew.
+    Renew,
     /// What a key does.
     Key(Action),
     /// A change of the scene, as the panel makes it: `key.path=value`.
@@ -53,7 +55,7 @@ impl Script {
 
 /// How commands are written, for `--help`.
 pub const COMMANDS: &str =
-    "frames N; resize WxH; minimise; restore; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; \
+    "frames N; resize WxH; minimise; restore; renew; key NAME; set KEY.PATH=VALUE; find TEXT; touch X,Y N; \
                             drag X,Y X,Y; screenshot FILE; window FILE; save FILE; wait FILE; say; exit";
 
 fn size(text: &str) -> Option<[u32; 2]> {
@@ -75,6 +77,7 @@ fn command(text: &str) -> Result<Command, String> {
         "resize" => size(rest).map(Command::Resize),
         "minimise" if rest.is_empty() => Some(Command::Minimise),
         "restore" if rest.is_empty() => Some(Command::Restore),
+        "renew" if rest.is_empty() => Some(Command::Renew),
         "key" => {
             let names: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
             let action = Action::named(rest);

@@ -195,6 +195,19 @@ impl FusedState {
     }
 }
 
+#[cfg(test)]
+impl FusedState {
+    /// Every number that the next step writes is `with` before it.
+    pub(super) fn spoil(&self, gpu: &Gpu, with: f32) {
+        self.planes.spoil(gpu, with);
+    }
+
+    /// A step of the tiles of one list alone: of open water, or with a shore.
+    pub(super) fn record_list(&mut self, rec: &mut Recorder<'_>, of: usize, params: &FusedParams) {
+        self.tiles.record_list(rec, &mut self.planes, of, params);
+    }
+}
+
 impl Deref for FusedState {
     type Target = Planes;
     fn deref(&self) -> &Planes {

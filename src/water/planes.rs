@@ -160,6 +160,14 @@ impl Planes {
         Ok(gpu.upload_to(self.rate(), &padded(velocity_mps, self.cells, self.pitch, 0.0))?)
     }
 
+    /// Sets every number that the next step writes, padding too.
+    #[cfg(test)]
+    pub(super) fn spoil(&self, gpu: &Gpu, with: f32) {
+        for plane in [&self.heights[1 - self.current], &self.rates[1 - self.current]] {
+            gpu.upload_to(plane, &vec![with; plane.bytes() as usize / 4]).expect("an upload");
+        }
+    }
+
     /// Heights and velocities.
     pub(super) fn download_moving(&self, gpu: &Gpu) -> Result<(Vec<f32>, Vec<f32>)> {
         let (heights, mut rates) = self.download_all(gpu)?;

@@ -110,12 +110,23 @@ impl Tiles {
         planes.step(rec, self.name, grid, |rec, steps| match &self.lists[..] {
             [open, shore] => {
                 rec.dispatch_indirect(&steps[0], open, 0, params);
-                rec.dispatch_indirect(&steps[1], shore, 0, params); // writes other tiles, and reads what both read
+                // No barrier: a tile is in one of the lists, writes its own columns, and reads what neither writes. Layers that
+                // take buffers whole report write after write here.
+                rec.dispatch_indirect(&steps[1], shore, 0, params);
             }
             _ => {
                 let threads = self.tuning.groups(self.cells) * self.tuning.group;
                 rec.dispatch(&steps[0], [threads.x, threads.y, 1], params);
             }
+        });
+    }
+
+    /// [`Tiles::record`] of one list alone.
+    #[cfg(test)]
+    pub fn record_list(&self, rec: &mut Recorder<'_>, planes: &mut Planes, of: usize, params: &FusedParams) {
+        let grid = (params.water.cells, params.water.pitch);
+        planes.step(rec, self.name, grid, |rec, steps| {
+            rec.dispatch_indirect(&steps[of], &self.lists[of], 0, params);
         });
     }
 
@@ -170,4 +181,46 @@ fn shores(tuning: &FusedTuning, cells: UVec2, height_m: &[f32]) -> BTreeSet<(u32
         }
     }
     shores
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        gpu::GpuOptions,
+        water::{starts, Fused, Model, Walls},
+    };
+
+    /// The columns that each of the two dispatches writes, of a basin where nothing is what a column may become.
+    fn written(gpu: &Gpu, tuning: FusedTuning, cells: UVec2, of: usize) -> Vec<[bool; 2]> {
+        let start = starts::coast(Model { walls: Walls::Folded, ..starts::model(cells, 0.25) });
+        let fused = Fused::new(gpu, tuning, Walls::Folded, true).expect("a tuning that it takes");
+        let mut state = fused.state(cells).expect("room");
+        let at_rest = vec![0.0; start.height_m.len()];
+        state.upload(gpu, &start.height_m, &at_rest).expect("heights");
+        state.spoil(gpu, f32::MAX);
+        let params = FusedParams { water: start.model.params(state.pitch()), steps: tuning.steps };
+        gpu.once(|rec| state.record_list(rec, of, &params)).expect("a dispatch");
+        let (height_m, velocity_mps) = state.download(gpu).expect("heights");
+        height_m.iter().zip(&velocity_mps).map(|(h, v)| [h, v].map(|it| *it != f32::MAX)).collect()
+    }
+
+    #[test]
+    fn tiles_of_both_lists_write_each_column_once() {
+        let gpu = Gpu::headless(&GpuOptions::default()).expect("a Vulkan 1.3 device");
+        let tuning = |x, y, rows, steps| FusedTuning { group: UVec2::new(x, y), rows, steps, buffers: 1 };
+        for (tuning, cells) in [
+            (tuning(8, 4, 8, 6), UVec2::new(255, 130)),
+            (tuning(8, 4, 4, 3), UVec2::new(257, 129)),
+            (tuning(16, 8, 8, 8), UVec2::new(600, 400)),
+        ] {
+            let [open, shore] = [0, 1].map(|of| written(&gpu, tuning, cells, of));
+            let count = |of: &[[bool; 2]]| of.iter().filter(|it| it[0]).count();
+            assert!(count(&open) > 0 && count(&shore) > 0, "{cells}: one list has no tile");
+            for (i, (open, shore)) in open.iter().zip(&shore).enumerate() {
+                let by = [0, 1].map(|of| u32::from(open[of]) + u32::from(shore[of]));
+                assert_eq!(by, [1, 1], "{cells}: height and velocity of column {i} are written so often");
+            }
+        }
+    }
 }

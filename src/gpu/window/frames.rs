@@ -5,46 +5,25 @@
 //! [`Frames::finish`] (records, submits, presents). On the queue frames follow one another: each waits for all commands of
 //! the last, so what one writes the next may read, and only the host has to know that two are on their way.
 
-use super::{swapchain::Swapchain, Surface};
+use super::{
+    images::{is_stale_after, Retired},
+    swapchain::Swapchain,
+    Surface,
+};
 use crate::gpu::{
-    calibrate::place,
+    calibrate::{place, Placed},
     error::{Error, OrCall, Result},
     recorder::Kept,
     submit::{begin, fenced_spans, stamped_spans, ticks, Fenced, Waits, TIMEOUT_S},
     Buffer, Clock, Gpu, HostTime, Image, Recorder, Times,
 };
 use ash::vk::{self, PipelineStageFlags2 as S};
-use std::{collections::VecDeque, ffi::CStr, time::Instant};
+use std::{ffi::CStr, time::Instant};
 
 /// Frames in flight.
 pub const FRAMES: usize = 2;
-/// A window that is covered may get no images for as long as it is: its events are seen to meanwhile.
-const PATIENCE_NS: u64 = 100_000_000;
 /// Spans that are timed in a frame; further steps are not.
 const SPANS: usize = 512;
-
-/// What a frame in flight may still use. It goes when that frame is done.
-pub struct Retired<T>(VecDeque<(u64, T)>);
-
-impl<T> Default for Retired<T> {
-    fn default() -> Self {
-        Self(VecDeque::new())
-    }
-}
-
-impl<T> Retired<T> {
-    /// `last_use` is the number of a frame, as [`Frames::number`] gives it.
-    pub fn push(&mut self, last_use: u64, thing: T) {
-        self.0.push_back((last_use, thing));
-    }
-
-    /// `done` as [`Frames::done`] gives it.
-    pub fn free_up_to(&mut self, done: u64) {
-        while self.0.front().is_some_and(|(last_use, _)| *last_use <= done) {
-            self.0.pop_front();
-        }
-    }
-}
 
 /// One frame's commands, and what they use.
 struct Slot {
@@ -63,6 +42,18 @@ struct Slot {
     begun: Instant,
     submitted: Instant,
     kept: Vec<Kept>,
+}
+
+/// What is to be known of the times of a frame's passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Nothing.
+    Off,
+    /// How long they took.
+    Lengths,
+    /// Also when, by the host's clock. On a device without calibrated timestamps the frame is waited for at once: it ends
+    /// where the host sees its fence, and two frames later that would be late by as much.
+    Places,
 }
 
 /// What a frame took that was timed.
@@ -90,12 +81,16 @@ pub struct Frames {
     done: u64,
     pub(super) canvas: Option<Image>,
     pub(super) chain: Option<Swapchain>,
-    old: Retired<Swapchain>,
-    surface: Surface,
-    wanted: [u32; 2],
-    is_stale: bool,
+    pub(super) old: Retired<Swapchain>,
+    pub(super) surface: Surface,
+    pub(super) wanted: [u32; 2],
+    pub(super) is_stale: bool,
+    /// As if the window system had said so of the next image.
+    pub(super) is_lost: bool,
     is_hidden: bool,
-    image: u32,
+    pub(super) image: u32,
+    /// Passes are placed by when the host saw the fence.
+    is_placed_by_end: bool,
     timed: Option<Timed>,
     pub(super) gpu: Gpu,
 }
@@ -116,8 +111,10 @@ impl Frames {
             surface,
             wanted: size,
             is_stale: true,
+            is_lost: false,
             is_hidden: false,
             image: 0,
+            is_placed_by_end: gpu.0.calibrated.is_none(),
             timed: None,
             gpu: gpu.clone(),
         };
@@ -170,6 +167,11 @@ impl Frames {
         self.wanted = size;
     }
 
+    /// The next frame finds the surface lost, as a window system may lose it: for tests.
+    pub fn lose_surface(&mut self) {
+        self.is_lost = true;
+    }
+
     /// Size of what is shown (pixels); `None` while the window has no area, or is covered.
     pub fn size(&self) -> Option<[u32; 2]> {
         let chain = self.chain.as_ref().filter(|_| !self.is_hidden);
@@ -215,6 +217,21 @@ impl Frames {
         (0..FRAMES).try_for_each(|slot| self.settle(slot))
     }
 
+    /// Waits for all that was submitted, however long it takes: nothing is in use afterwards. A lost device uses nothing
+    /// either.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait_for_all(&self) -> Result<()> {
+        let _queue = self.gpu.queue(); // nobody submits meanwhile
+        unsafe { self.gpu.device().device_wait_idle() }.or_call("vkDeviceWaitIdle")
+    }
+
+    /// Signalled when the image of the frame that is being made can be drawn to.
+    pub(super) fn acquired(&self) -> vk::Semaphore {
+        self.slots[self.number as usize % FRAMES].acquired
+    }
+
     /// Waits for the frame that used this slot, and reads its times.
     fn settle(&mut self, at: usize) -> Result<()> {
         let slot = &mut self.slots[at];
@@ -235,6 +252,7 @@ impl Frames {
                     let ticks = ticks(&self.gpu, slot.queries, names.len())?;
                     let (begins, placed) = place(&self.gpu, &ticks, (slot.submitted, done));
                     times.placed = placed;
+                    self.is_placed_by_end = placed == Placed::End;
                     stamped_spans(&self.gpu, &names, &ticks, begins.into_iter().map(Some).collect())
                 }
             };
@@ -257,58 +275,6 @@ impl Frames {
         Ok(!self.is_hidden)
     }
 
-    fn acquire(&mut self) -> Result<bool> {
-        // A window that is being dragged may be stale again at once; the next call goes on.
-        for _ in 0..8 {
-            if !self.ready()? {
-                return Ok(false);
-            }
-            let Some(chain) = &self.chain else { return Ok(false) };
-            let acquired = self.slots[self.number as usize % FRAMES].acquired;
-            let none = vk::Fence::null();
-            let taken = unsafe { chain.api.acquire_next_image(chain.raw, PATIENCE_NS, acquired, none) };
-            match taken {
-                Ok((image, is_suboptimal)) => {
-                    self.image = image;
-                    self.is_stale |= is_suboptimal; // it still can be presented to
-                    return Ok(true);
-                }
-                Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(false),
-                Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.is_stale = true,
-                Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.renew_surface()?,
-                Err(code) => return Err(code).or_call("vkAcquireNextImageKHR"),
-            }
-        }
-        Ok(false)
-    }
-
-    /// Makes the images anew where they are stale. `false` if there are none.
-    fn ready(&mut self) -> Result<bool> {
-        if !self.is_stale && self.chain.is_some() {
-            return Ok(true);
-        }
-        let made = match Swapchain::new(&self.gpu, &self.surface, self.wanted, self.chain.as_ref()) {
-            Err(Error::Vulkan { code: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
-                self.renew_surface()?;
-                Swapchain::new(&self.gpu, &self.surface, self.wanted, None)?
-            }
-            other => other?,
-        };
-        let Some(made) = made else { return Ok(false) };
-        self.is_stale = false;
-        if let Some(old) = self.chain.replace(made) {
-            // Its last image may be on the way to the screen: as long as the next frames take.
-            self.old.push(self.number + FRAMES as u64, old);
-        }
-        Ok(true)
-    }
-
-    fn renew_surface(&mut self) -> Result<()> {
-        unsafe { self.gpu.device().device_wait_idle() }.or_call("vkDeviceWaitIdle")?;
-        (self.chain, self.old, self.is_stale) = (None, Retired::default(), true);
-        self.surface.renew()
-    }
-
     /// Records and submits a frame, and presents it. `record` leaves the picture that it gives back; `overlay` draws
     /// over it, in a rendering of one colour attachment of [`Frames::format`]; `copy` gets the bytes of what is shown, where
     /// the window allows it: [`Frames::rgba`] says what they are.
@@ -317,13 +283,13 @@ impl Frames {
     /// A lost device, or those of `record` and `overlay`.
     pub fn finish<E: From<Error>>(
         &mut self,
-        is_timed: bool,
+        timing: Timing,
         record: impl FnOnce(&mut Recorder<'_>) -> Result<Finished, E>,
         overlay: impl FnOnce(vk::CommandBuffer, [u32; 2]) -> Result<(), E>,
         copy: Option<&Buffer>,
     ) -> Result<(), E> {
         let begun = Instant::now();
-        let clock = if is_timed { Some(self.gpu.clock()?) } else { None };
+        let clock = (timing != Timing::Off).then(|| self.gpu.clock()).transpose()?;
         let (gpu, at) = (self.gpu.clone(), self.number as usize % FRAMES);
         let (device, slot) = (gpu.device(), &self.slots[at]);
         let (cmd, done, acquired) = (slot.cmd, slot.done, slot.acquired);
@@ -387,13 +353,10 @@ impl Frames {
         (slot.begun, slot.submitted, slot.kept) = (begun, submitted, recorded.kept);
         slot.kept.extend([Kept::Image(canvas), Kept::Buffer(picture.pixels)]);
         slot.kept.extend(copy.cloned().map(Kept::Buffer));
-        match presented {
-            Ok(is_suboptimal) => self.is_stale |= is_suboptimal,
-            // The next frame makes it anew.
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
-                self.is_stale = true
-            }
-            Err(code) => return Err(code).or_call("vkQueuePresentKHR").map_err(E::from),
+        let may_be_bettered = self.chain.as_ref().is_some_and(Swapchain::may_be_bettered);
+        self.is_stale |= is_stale_after(presented, may_be_bettered)?;
+        if timing == Timing::Places && clock == Some(Clock::Gpu) && self.is_placed_by_end {
+            self.settle(at)?;
         }
         Ok(())
     }
@@ -417,9 +380,8 @@ impl Frames {
 
 impl Drop for Frames {
     fn drop(&mut self) {
+        let _ = self.wait_for_all();
         let device = self.gpu.device();
-        // An error here is a lost device: it uses nothing any more.
-        let _ = unsafe { device.device_wait_idle() };
         (self.chain, self.old) = (None, Retired::default()); // before their surface
         for slot in &mut self.slots {
             slot.kept.clear();

@@ -10,10 +10,12 @@
 //! Left out: full screen modes, HDR formats, several windows.
 
 mod frames;
+mod images;
 mod picture;
 mod swapchain;
 
-pub use frames::{Finished, Frames, Retired, Timed, FRAMES};
+pub use frames::{Finished, Frames, Timed, Timing, FRAMES};
+pub use images::Retired;
 
 use super::{
     adapter::Adapter,

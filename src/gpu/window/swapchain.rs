@@ -7,6 +7,10 @@ use crate::gpu::{
     Gpu,
 };
 use ash::{khr, vk};
+use std::time::{Duration, Instant};
+
+/// A window system that finds every set of images suboptimal gets no new one with every frame.
+const SETTLED: Duration = Duration::from_secs(1);
 
 /// Plain bytes: pictures come with their sRGB curve applied.
 pub(super) fn format(offered: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR> {
@@ -32,6 +36,7 @@ pub(super) struct Swapchain {
     pub extent: vk::Extent2D,
     /// Images can be copied from.
     pub is_readable: bool,
+    made: Instant,
     gpu: Gpu,
 }
 
@@ -92,6 +97,7 @@ impl Swapchain {
             format: format.format,
             extent,
             is_readable,
+            made: Instant::now(),
             gpu: gpu.clone(),
         };
         made.raw = unsafe { made.api.create_swapchain(&info, None) }.or_call("vkCreateSwapchainKHR")?;
@@ -111,6 +117,11 @@ impl Swapchain {
                 .or_call_for("vkCreateSemaphore", "view.finished")?;
         }
         Ok(Some(made))
+    }
+
+    /// Whether others may do better, where the window system finds these suboptimal: not if they have just been made.
+    pub fn may_be_bettered(&self) -> bool {
+        self.made.elapsed() > SETTLED
     }
 }
 

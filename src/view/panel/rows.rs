@@ -92,7 +92,7 @@ pub(super) fn row(ui: &mut Ui, parameter: &Parameter, scene: &Json, asks: &mut V
                     asks.push(Ask::Flag(parameter.path.clone(), flag));
                 }
             }
-            Takes::Text => {
+            Takes::Text | Takes::File => {
                 let given = match &parameter.given {
                     Some(Given::Text(text)) => text.as_str(),
                     _ => default.and_then(Json::as_str).unwrap_or(""),
@@ -138,6 +138,9 @@ fn about(parameter: &Parameter) -> String {
         Takes::OneOfNumbers(choices) => choices.iter().map(u32::to_string).collect::<Vec<_>>().join(" or "),
         Takes::Flag => "true or false".to_owned(),
         Takes::Text => "a text".to_owned(),
+        Takes::File => {
+            "a file, from the folder of the scene, or a name of what comes with whitecap".to_owned()
+        }
     };
     let default = if parameter.given.is_none() { "\nnot in the file: this is its default" } else { "" };
     format!("{}\n{}{default}", parameter.path, takes.trim_end())

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Traces of frames, and captures by RenderDoc.
 
-use super::{make_folder, Viewer};
+use super::{keep::make_folder, Drawn, Viewer};
 use crate::{
     gpu::{window::Timed, RenderDoc},
     run::{trace::Trace, RunError},
@@ -27,26 +27,30 @@ impl Viewer {
                 self.trace = Some((trace, TRACED));
                 self.note = Some(format!("{TRACED} frames are traced."));
             }
-            Err(error) => self.error = Some(error.to_string()),
+            Err(error) => self.fail(error.to_string()),
         }
     }
 
-    /// One more frame, if there is a trace and it was timed.
+    /// One more frame, if there is a trace and it was timed. A trace that cannot be written ends.
+    ///
+    /// # Errors
+    /// The file's.
     pub(super) fn trace_frame(&mut self, timed: Option<Timed>) -> Result<(), ViewError> {
-        let (Some((trace, left)), Some(timed)) = (&mut self.trace, timed) else { return Ok(()) };
+        let Some(timed) = timed else { return Ok(()) };
+        let Some((trace, left)) = self.trace.take() else { return Ok(()) };
         trace.picture(timed.number as u32, &timed.whole, &timed.times);
-        trace.flush()?;
-        *left -= 1;
-        if *left == 0 {
-            self.end_trace()?;
+        trace.flush().map_err(RunError::from)?;
+        self.trace = Some((trace, left - 1));
+        match left {
+            1 => self.end_trace(),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// Closes the trace.
     pub(super) fn end_trace(&mut self) -> Result<(), ViewError> {
         if let Some((trace, _)) = self.trace.take() {
-            let path = trace.finish()?;
+            let path = trace.finish().map_err(RunError::from)?;
             self.say(format!("{} is written.", path.display()));
         }
         Ok(())
@@ -58,17 +62,21 @@ impl Viewer {
             self.note = Some("RenderDoc does not watch: `renderdoccmd capture -w whitecap view ...`.".into());
             return Ok(());
         };
+        if self.draw(None, None)? == Drawn::Hidden {
+            self.fail("Nothing is captured: the window shows nothing.".into());
+            return Ok(());
+        }
         let template = self.out.join("renderdoc");
         make_folder(&template)?;
         self.frames.wait()?;
         let (drawn, file) = renderdoc.capture(&template, || {
-            self.draw(None, None)?;
-            self.frames.wait().map_err(ViewError::from)
+            let drawn = self.draw(None, None)?;
+            self.frames.wait()?;
+            Ok::<_, ViewError>(drawn)
         });
-        drawn?;
-        match file {
-            Some(file) => self.say(format!("{} is captured.", file.display())),
-            None => self.error = Some("RenderDoc did not capture the frame.".into()),
+        match (drawn?, file) {
+            (Drawn::Shown, Some(file)) => self.say(format!("{} is captured.", file.display())),
+            _ => self.fail("RenderDoc did not capture the frame.".into()),
         }
         Ok(())
     }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Edits of the scene, saving, starting again, and reading again. What cannot be used is said, and all stays as it is.
 
-use super::{make_folder, Viewer};
+use super::{keep::make_folder, Viewer};
 use crate::{
     run::{atomic, RunError, World},
     scene::{Scene, SceneError},
-    view::{document::Document, panel::Ask, ViewError},
+    view::{
+        document::{Document, Source},
+        panel::Ask,
+        ViewError,
+    },
 };
 use std::{path::Path, time::Instant};
 
@@ -24,27 +28,44 @@ impl Viewer {
             }),
             Ask::Save => {
                 let path = self.free_name("scene", "toml");
-                self.save(&path)?;
+                let done = self.save(&path);
+                self.pass(done)?;
             }
             Ask::Pace(pace) => self.pace = pace,
         }
         Ok(true)
     }
 
+    /// Writes the scene as it is edited; from now on the window is of that file, and F5 reads it.
+    ///
+    /// # Errors
+    /// If it is no scene, or the file's.
     pub(super) fn save(&mut self, path: &Path) -> Result<(), ViewError> {
-        let text = self.document.text();
-        let saved = make_folder(path).and_then(|()| {
-            atomic::write_atomic(path, |file| file.write_all(text.as_bytes())).map_err(RunError::from)
-        });
-        match saved {
-            Ok(()) => {
-                self.is_edited = false;
-                self.say(format!("{} is written.", path.display()));
-            }
-            Err(error) if self.is_scripted => return Err(error.into()),
-            Err(error) => self.error = Some(error.to_string()),
-        }
+        self.document.read().0?; // what would not open again is said here
+        make_folder(path)?;
+        let failed = atomic::failed(path, "find the way to the files of the scene");
+        let document = self.document.moved_to(path).map_err(failed)?;
+        let text = document.text();
+        atomic::write_atomic(path, |file| file.write_all(text.as_bytes()))?;
+        let (name, file) = (path.display().to_string(), Some(path.to_owned()));
+        (self.document, self.source) = (document, Source { text, name, file, changes: Vec::new() });
+        self.is_edited = false;
+        self.say(format!("{} is written, and read by F5.", path.display()));
         Ok(())
+    }
+
+    /// The window cannot go on: edits that were not saved are, whether or not they make a scene.
+    pub fn rescue(&mut self) {
+        if !self.is_edited {
+            return;
+        }
+        let path = self.free_name("scene", "toml");
+        let moved = make_folder(&path).ok().and_then(|()| self.document.moved_to(&path).ok());
+        let text = moved.as_ref().unwrap_or(&self.document).text();
+        match atomic::write_atomic(&path, |file| file.write_all(text.as_bytes())) {
+            Ok(()) => eprintln!("edits that were not saved are in {}", path.display()),
+            Err(error) => eprintln!("edits that were not saved are lost: {error}"),
+        }
     }
 
     /// Changes the text; the world follows with the next frames.
@@ -59,33 +80,41 @@ impl Viewer {
                     self.parameters = parameters;
                 }
             }
-            Err(error) => self.error = Some(error),
+            Err(error) => self.fail(error),
         }
     }
 
     /// Lets the world follow the text. A drag changes numbers with every frame, and what takes long to make anew follows
     /// less often than that.
-    pub(super) fn follow(&mut self) {
+    ///
+    /// # Errors
+    /// What ends the window.
+    pub(super) fn follow(&mut self) -> Result<(), ViewError> {
         if self.is_stale && (self.is_scripted || self.followed.elapsed() > 3 * self.cost) {
             self.is_stale = false;
             let (read, _) = self.document.read();
             let start = Instant::now();
-            match read.map_err(RunError::from).and_then(|scene| self.change_to(scene, false)) {
-                Ok(()) => self.error = None,
-                Err(error) => self.error = Some(error.to_string()),
+            let done = read.map_err(RunError::from).and_then(|scene| self.change_to(scene, false));
+            if done.is_ok() {
+                self.mend();
             }
+            self.pass(done.map_err(ViewError::from))?;
             (self.followed, self.cost) = (Instant::now(), start.elapsed());
         }
+        Ok(())
     }
 
     pub(super) fn change_to(&mut self, scene: Scene, is_all: bool) -> Result<(), RunError> {
-        let plan = scene.plan()?;
+        let (plan, time_s) = (scene.plan()?, self.world.time_s());
         let left = self.world.follow(&self.gpu, (&scene, &plan), &self.plan, is_all)?;
         self.left.push(self.frames.number(), left);
         self.plan = plan;
         self.frame_s = 1.0 / scene.output.fps;
         self.json = serde_json::to_value(&scene).unwrap_or_default();
         self.is_touched = true;
+        if self.world.time_s() < time_s {
+            self.note = Some("The scene begins anew: its meshes, its cells or its seed are others.".into());
+        }
         Ok(())
     }
 
@@ -105,10 +134,7 @@ impl Viewer {
         match self.try_reload() {
             Ok(note) => self.say(note),
             Err(error) => {
-                if self.is_scripted {
-                    println!("{error}");
-                }
-                self.error = Some(error);
+                self.fail(error);
             }
         }
     }
@@ -125,13 +151,15 @@ impl Viewer {
         let document = if is_new { Document::new(&source).map_err(say)? } else { self.document.clone() };
         let (scene, parameters) = document.read();
         let scene = scene.map_err(say)?;
-        let files = self.files.as_ref().map_err(|error| format!("no shaders to read: {error}"));
-        let compiled = match (files, &source.file) {
-            (Ok(files), _) => Some(files.compile(&self.gpu)?),
-            (Err(_), Some(_)) => None,
-            (Err(error), None) => return Err(error),
+        let compiled = self.files.compile(&self.gpu)?;
+        let shaders = match compiled.as_ref().map(|it| it.names.len()) {
+            Some(1) => "1 shader differs from the binary's".to_owned(),
+            Some(count) => format!("{count} shaders differ from the binary's"),
+            None => format!("no shaders, as there is no folder {} (--glsl)", self.files.dir().display()),
         };
-        let count = compiled.as_ref().map_or(0, |it| it.names.len());
+        if compiled.is_none() && source.file.is_none() {
+            return Err(format!("Nothing to read again: no file of the scene, and {shaders}."));
+        }
         let before = compiled.map(|it| self.gpu.replace_shaders(it.replacements));
         if let Err(error) = self.change_to(scene, true) {
             if let Some(before) = before {
@@ -142,7 +170,6 @@ impl Viewer {
         (self.document, self.parameters, self.source) = (document, parameters, source);
         let lost = if is_new && self.is_edited { " Edits that were not saved are gone." } else { "" };
         self.is_edited &= !is_new;
-        let shaders = if count == 1 { "shader differs" } else { "shaders differ" };
-        Ok(format!("Read again: {count} {shaders} from the binary's.{lost}"))
+        Ok(format!("Read again: {shaders}.{lost}"))
     }
 }

@@ -50,7 +50,10 @@ impl Viewer {
                     return Action::of(code).map_or(Ok(true), |action| self.act(action));
                 }
             }
+            WindowEvent::Occluded(is_covered) => self.is_covered = *is_covered,
+            WindowEvent::Focused(true) => self.has_focus = true,
             WindowEvent::Focused(false) => {
+                self.has_focus = false;
                 self.held = Held::default();
                 (self.turns, self.pans) = (false, false);
                 self.let_go();

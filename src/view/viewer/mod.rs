@@ -4,6 +4,7 @@
 mod capture;
 mod edits;
 mod hand;
+mod keep;
 mod scripted;
 
 use super::{
@@ -20,17 +21,17 @@ use super::{
 };
 use crate::{
     gpu::{
-        window::{Finished, Frames, Retired},
-        Buffer, Gpu, Residence, Submitter,
+        window::{Finished, Frames, Retired, Timing},
+        Buffer, Gpu, RenderDoc, Submitter,
     },
-    run::{atomic, picture::Picture, trace::Trace, Counters, Left, RunError, World},
+    run::{trace::Trace, Counters, Left, World},
     scene::{Parameter, Plan},
 };
 use glam::{UVec2, Vec2};
 use hand::Grasp;
 use std::{
     collections::VecDeque,
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -45,12 +46,18 @@ const LONGEST_S: f64 = 0.1;
 /// From one reading of the counters to the next: it waits for the device.
 const COUNT_EVERY: Duration = Duration::from_millis(500);
 
-/// What is to be kept of the next picture.
-enum Keep {
-    /// The picture alone.
-    Picture(PathBuf),
-    /// All that is shown.
-    Window(PathBuf),
+/// How long a window that shows nothing is left alone.
+const REST: Duration = Duration::from_millis(30);
+
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drawn {
+    /// The window shows it.
+    Shown,
+    /// The window is covered or has no area: nothing is drawn, and no time passes.
+    Hidden,
+    /// The window is to be closed.
+    Closed,
 }
 
 /// Fields drop in this order: what uses the device first, the window last.
@@ -72,7 +79,7 @@ pub struct Viewer {
     is_stale: bool,
     followed: Instant,
     cost: Duration,
-    files: Result<Files, String>,
+    files: Files,
 
     rig: Rig,
     held: Held,
@@ -85,6 +92,7 @@ pub struct Viewer {
     history: History,
     counters: Vec<Counters>,
     counted: Option<Instant>,
+    title: String,
     error: Option<String>,
     note: Option<String>,
     device: String,
@@ -94,6 +102,12 @@ pub struct Viewer {
     trace: Option<(Trace, u32)>,
 
     is_paused: bool,
+    /// Another window hides this one, says the window system.
+    is_covered: bool,
+    has_focus: bool,
+    /// What became of the last frame, and when it was tried.
+    drawn: Drawn,
+    tried: Instant,
     steps: u32,
     pace: f64,
     frame_s: f64,
@@ -106,6 +120,8 @@ pub struct Viewer {
     script: VecDeque<Command>,
     is_scripted: bool,
     has_begun: bool,
+    /// The script has minimised the window.
+    is_minimised: bool,
     asked: Option<Instant>,
 }
 
@@ -127,11 +143,14 @@ impl Viewer {
         let plan = scene.plan()?;
         let [width, height] = scene.output.size;
         let title = if scene.title.is_empty() { &options.source.name } else { &scene.title };
-        let attributes = Window::default_attributes()
-            .with_title(format!("{title} - whitecap"))
-            .with_inner_size(PhysicalSize::new(width, height));
+        let title = format!("{title} - whitecap");
+        let attributes =
+            Window::default_attributes().with_title(&title).with_inner_size(PhysicalSize::new(width, height));
         let window = Arc::new(events.create_window(attributes).map_err(no_display)?);
         let (gpu, surface) = Gpu::for_window(&options.gpu, Box::new(window.clone()))?;
+        if let Some(renderdoc) = RenderDoc::watching() {
+            renderdoc.leave_keys(); // F12 is this window's
+        }
         let size: [u32; 2] = window.inner_size().into();
         let frames = Frames::new(&gpu, surface, size)?;
         let world =
@@ -176,11 +195,16 @@ impl Viewer {
             history: History::default(),
             counters: Vec::new(),
             counted: None,
+            title,
             error: None,
             note: Some("F1 hides the panel; its last section lists the keys.".into()),
             clock,
             trace: None,
             is_paused: false,
+            is_covered: false,
+            has_focus: true,
+            drawn: Drawn::Shown,
+            tried: now,
             steps: 0,
             pace: 1.0,
             last: now,
@@ -191,6 +215,7 @@ impl Viewer {
             is_scripted: options.script != Script::default(),
             script: options.script.0.clone().into(),
             has_begun: false,
+            is_minimised: false,
             asked: None,
         })
     }
@@ -200,13 +225,18 @@ impl Viewer {
         Shown { messages: self.gpu.messages(), device: self.gpu.name().into() }
     }
 
-    /// When the next frame is due: at once, and while there is no area now and then.
+    /// When the next frame is due: at once, and while nothing is shown now and then.
     pub fn wait(&self) -> ControlFlow {
-        self.window.request_redraw();
-        match self.frames.size() {
-            Some(_) => ControlFlow::Poll,
-            None => ControlFlow::WaitUntil(Instant::now() + Duration::from_millis(30)),
+        if self.drawn == Drawn::Hidden {
+            return ControlFlow::WaitUntil(self.tried + REST);
         }
+        self.window.request_redraw();
+        ControlFlow::Poll
+    }
+
+    /// The wait is over.
+    pub fn try_again(&self) {
+        self.window.request_redraw();
     }
 
     /// Does what a key asks for. `false` if it is the end.
@@ -214,7 +244,10 @@ impl Viewer {
         match action {
             Action::Pause => self.is_paused = !self.is_paused,
             Action::Step => (self.is_paused, self.steps) = (true, self.steps + 1),
-            Action::Restart => self.restart()?,
+            Action::Restart => {
+                let done = self.restart();
+                self.pass(done)?;
+            }
             Action::Home => self.rig.set_mode(Mode::Home),
             Action::Orbit => self.rig.set_mode(Mode::Orbit),
             Action::Fly => self.rig.set_mode(Mode::Fly),
@@ -222,11 +255,15 @@ impl Viewer {
             Action::Panel => self.panel.is_open = !self.panel.is_open,
             Action::Screenshot => {
                 let path = self.free_name("screenshot", "png");
-                self.draw(None, Some(Keep::Picture(path)))?;
+                let done = self.keep_picture(&path);
+                self.pass(done)?;
             }
             Action::Reload => self.reload(),
             Action::Trace => self.begin_trace(),
-            Action::Capture => self.capture()?,
+            Action::Capture => {
+                let done = self.capture();
+                self.pass(done)?;
+            }
             Action::Quit => return Ok(false),
         }
         Ok(true)
@@ -250,27 +287,41 @@ impl Viewer {
             (0, true) => None,
             (0, false) => Some(self.pace * elapsed_s.min(LONGEST_S)),
         };
-        self.draw(passes_s, None)
+        Ok(self.draw(passes_s, None)? != Drawn::Closed)
     }
 
-    /// Draws a frame, `passes_s` after the last. `false` if it is the end.
-    fn draw(&mut self, passes_s: Option<f64>, keep: Option<Keep>) -> Result<bool, ViewError> {
-        if !self.frames.begin()? {
-            return Ok(true); // nothing is shown, and no time passes
+    /// Draws a frame, `passes_s` after the last; `copy` gets what the window shows.
+    fn draw(&mut self, passes_s: Option<f64>, copy: Option<&Buffer>) -> Result<Drawn, ViewError> {
+        self.tried = Instant::now();
+        self.drawn = self.draw_shown(passes_s, copy)?;
+        Ok(self.drawn)
+    }
+
+    /// Whether nobody can see it. X11 says that a window is covered, but that it is minimised only to who asks; one that
+    /// has the focus is not.
+    fn is_hidden(&self) -> bool {
+        self.is_covered || (!self.has_focus && self.window.is_minimized() == Some(true))
+    }
+
+    fn draw_shown(&mut self, passes_s: Option<f64>, copy: Option<&Buffer>) -> Result<Drawn, ViewError> {
+        if self.is_hidden() || !self.frames.begin()? {
+            return Ok(Drawn::Hidden);
         }
         self.left.free_up_to(self.frames.done());
-        let Some(size) = self.frames.size() else { return Ok(true) };
+        let Some(size) = self.frames.size() else { return Ok(Drawn::Hidden) };
         if UVec2::from(size) != self.world.stage().size() {
             self.world.resize(&self.gpu, &self.plan, UVec2::from(size))?;
         }
-        let is_timed = self.take_times()?;
-        self.count()?;
+        let timing = self.take_times()?;
+        let counted = self.count();
+        self.pass(counted)?;
         let mut asks = Vec::new();
         let triangles = self.lay_out(&mut asks);
         self.painter.upload(&mut self.frames)?;
 
         if let Some(passes_s) = passes_s {
-            self.reach_in()?;
+            let reached = self.reach_in();
+            self.pass(reached)?;
             self.world.advance(passes_s);
         }
         self.world.look(&self.rig.camera(self.world.camera()));
@@ -283,37 +334,24 @@ impl Viewer {
             })?;
             recorded?;
         }
-        let copy = match &keep {
-            Some(Keep::Window(_)) => {
-                let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
-                Some(Buffer::new(&self.gpu, "view.copy", bytes, Residence::Readback)?)
-            }
-            _ => None,
-        };
+        let copy = copy.filter(|copy| copy.bytes() == 4 * u64::from(size[0]) * u64::from(size[1]));
         let (world, painter) = (&mut self.world, &mut self.painter);
-        let reads = matches!(keep, Some(Keep::Picture(_)));
         self.frames.finish::<ViewError>(
-            is_timed,
+            timing,
             |rec| {
                 world.record(rec)?;
-                if reads {
-                    world.stage().record_readback(rec);
-                }
                 Ok(Finished { pixels: world.stage().pixels().clone(), size })
             },
             |cmd, size| painter.draw(cmd, size, &triangles),
-            copy.as_ref(),
+            copy,
         )?;
-        if let Some(keep) = keep {
-            self.write(keep, size, copy)?;
-        }
         for ask in asks {
             if !self.answer(ask)? {
-                return Ok(false);
+                return Ok(Drawn::Closed);
             }
         }
-        self.follow();
-        Ok(true)
+        self.follow()?;
+        Ok(Drawn::Shown)
     }
 
     fn lay_out(&mut self, asks: &mut Vec<Ask>) -> Triangles {
@@ -343,8 +381,8 @@ impl Viewer {
         })
     }
 
-    /// What passes have taken, for the panel and the trace. Whether the next frame is to be timed.
-    fn take_times(&mut self) -> Result<bool, ViewError> {
+    /// What passes have taken, for the panel and the trace; and what is to be known of those of the next frame.
+    fn take_times(&mut self) -> Result<Timing, ViewError> {
         let timed = self.frames.take_timed();
         let is_shown = self.panel.has_times && self.panel.is_open;
         if is_shown || self.trace.is_some() {
@@ -355,8 +393,13 @@ impl Viewer {
             _ if !is_shown => self.history.clear(),
             _ => {}
         }
-        self.trace_frame(timed)?;
-        Ok(is_shown || self.trace.is_some())
+        let traced = self.trace_frame(timed);
+        self.pass(traced)?;
+        Ok(match (&self.trace, is_shown) {
+            (Some(_), _) => Timing::Places,
+            (None, true) => Timing::Lengths,
+            (None, false) => Timing::Off,
+        })
     }
 
     fn count(&mut self) -> Result<(), ViewError> {
@@ -369,56 +412,10 @@ impl Viewer {
         }
         Ok(())
     }
-
-    fn write(
-        &mut self,
-        keep: Keep,
-        [width, height]: [u32; 2],
-        copy: Option<Buffer>,
-    ) -> Result<(), ViewError> {
-        self.frames.wait()?;
-        let (path, rgba) = match keep {
-            Keep::Picture(path) => (path, self.world.stage().read()),
-            Keep::Window(path) => {
-                let copy = copy.filter(|_| self.frames.is_readable());
-                let copy =
-                    copy.ok_or_else(|| ViewError::Window("what the window shows cannot be read".into()))?;
-                (path, self.frames.rgba(copy.read()))
-            }
-        };
-        make_folder(&path)?;
-        match (Picture { width, height, rgba }).write_png(&path) {
-            Ok(()) => self.say(format!("{} is written.", path.display())),
-            Err(error) if self.is_scripted => return Err(error.into()),
-            Err(error) => self.error = Some(error.to_string()),
-        }
-        Ok(())
-    }
-
-    fn say(&mut self, note: String) {
-        if self.is_scripted {
-            println!("{note}");
-        }
-        (self.note, self.error) = (Some(note), None);
-    }
-
-    fn free_name(&self, stem: &str, extension: &str) -> PathBuf {
-        let name = |n: u32| self.out.join(format!("{stem}_{n:03}.{extension}"));
-        (1..10_000).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(10_000))
-    }
 }
 
 impl Drop for Viewer {
     fn drop(&mut self) {
-        let _ = self.frames.wait(); // a lost device uses nothing any more
+        let _ = self.frames.wait_for_all(); // not only as long as a frame may take: what is in flight is not freed
     }
-}
-
-fn make_folder(path: &Path) -> Result<(), RunError> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.map_or(Ok(()), |folder| {
-        std::fs::create_dir_all(folder)
-            .map_err(atomic::failed(folder, "make the folder"))
-            .map_err(RunError::from)
-    })
 }

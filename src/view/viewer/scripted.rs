@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A window without hands.
 
-use super::{hand::Grasp, Keep, Viewer};
+use super::{hand::Grasp, Drawn, Viewer};
 use crate::{
     run::Counters,
     view::{keys::Action, script::Command, ViewError},
@@ -9,8 +9,10 @@ use crate::{
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;
 
-/// How long a script waits for the window system to give a window its size, or for a file.
+/// How long a script waits for the window system to give a window its size, or its images.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long it waits for a file, which others take their time to write.
+const FILE_PATIENCE: Duration = Duration::from_secs(60);
 
 impl Viewer {
     pub(super) fn follow_script(&mut self) -> Result<bool, ViewError> {
@@ -20,8 +22,9 @@ impl Viewer {
             Command::Frames(0) => {}
             Command::Frames(n) => {
                 is_done = false;
-                self.script[0] = Command::Frames(n - 1);
-                self.picture()?;
+                if self.picture()? {
+                    self.script[0] = Command::Frames(n - 1);
+                }
             }
             Command::Resize(size) => {
                 if self.asked.is_none() {
@@ -40,29 +43,33 @@ impl Viewer {
                 }
             }
             Command::Minimise => {
+                self.is_minimised = true;
                 self.frames.resize([0, 0]);
                 self.draw(None, None)?;
             }
             Command::Restore => {
+                self.is_minimised = false;
                 self.frames.resize(self.window.inner_size().into());
+                self.draw(None, None)?;
+            }
+            Command::Renew => {
+                self.frames.lose_surface();
                 self.draw(None, None)?;
             }
             Command::Key(action) => return self.end_of(true, action),
             Command::Set(text) => {
                 let (path, value) = text.split_once('=').unwrap_or((&text, ""));
                 self.edit(|document| document.set(path.trim(), value));
-                self.follow();
-                if let Some(error) = &self.error {
-                    println!("{error}");
-                }
+                self.follow()?;
             }
             Command::Find(text) => self.panel.filter = text,
             Command::Touch(_, 0) => self.grasp = None,
             Command::Touch(at, n) => {
                 is_done = false;
-                self.script[0] = Command::Touch(at, n - 1);
                 (self.pointer, self.grasp) = (at, Some(Grasp::Touch));
-                self.picture()?;
+                if self.picture()? {
+                    self.script[0] = Command::Touch(at, n - 1);
+                }
             }
             Command::Drag(from, to) => {
                 self.grasp = Some(self.grasp_at(from));
@@ -71,22 +78,18 @@ impl Viewer {
                     self.picture()?;
                 }
                 self.let_go();
-                self.follow();
+                self.follow()?;
             }
             Command::Screenshot(path) => {
-                self.draw(None, Some(Keep::Picture(path)))?;
+                self.keep_picture(&path)?;
             }
-            Command::Window(path) => {
-                // Once for what egui has to measure first.
-                self.draw(None, None)?;
-                self.draw(None, Some(Keep::Window(path)))?;
-            }
+            Command::Window(path) => self.keep_window(&path)?,
             Command::Save(path) => self.save(&path)?,
             Command::Wait(path) => {
                 let since = *self.asked.get_or_insert_with(Instant::now);
                 self.draw(None, None)?;
                 is_done = path.exists();
-                if !is_done && since.elapsed() > PATIENCE {
+                if !is_done && since.elapsed() > FILE_PATIENCE {
                     return Err(ViewError::Script(format!("{} does not come", path.display())));
                 }
             }
@@ -118,10 +121,20 @@ impl Viewer {
         self.act(action)
     }
 
-    /// The next picture as a run has it: the first is the start.
-    fn picture(&mut self) -> Result<(), ViewError> {
+    /// The next picture as a run has it: the first is the start. `false` if it is still to come: the window is covered, and
+    /// not by the script.
+    fn picture(&mut self) -> Result<bool, ViewError> {
         let passes_s = if self.has_begun { self.frame_s } else { 0.0 };
-        self.has_begun = true;
-        self.draw(Some(passes_s), None).map(drop)
+        if self.draw(Some(passes_s), None)? == Drawn::Hidden {
+            let since = *self.asked.get_or_insert_with(Instant::now);
+            if !self.is_minimised && since.elapsed() > PATIENCE {
+                return Err(ViewError::Window(
+                    "the window shows no pictures: it is covered, or has no area".into(),
+                ));
+            }
+            return Ok(self.is_minimised);
+        }
+        (self.has_begun, self.asked) = (true, None);
+        Ok(true)
     }
 }
