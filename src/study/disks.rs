@@ -19,7 +19,8 @@ pub const NAME: &str = "disks";
 /// What the error is.
 pub const METRIC: &str = "pressure, relative to Henderson's";
 
-/// How a box is stepped, by the name in results: `list/seed`, `sorted/matching3`, `sorted/matching3/no-toi/3d`.
+/// How a box is stepped, by the name in results: `list/seed`, `sorted/matching3`, `sorted/matching3/no-toi/3d`,
+/// `sorted/xpbd`, `sorted/xpbd/no-bounce`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     /// The tutorial's lists instead of sorted cells.
@@ -41,6 +42,7 @@ impl Variant {
                 Response::Matching { rounds: rounds.parse().expect("rounds"), rewinds: !has("no-toi") }
             }
             None if has("gauss-seidel") => Response::GaussSeidel,
+            None if has("xpbd") => Response::Xpbd { bounces: !has("no-bounce") },
             None => {
                 assert!(has("seed"), "no variant `{name}`");
                 Response::Seed
@@ -227,11 +229,12 @@ pub fn watch(gpu: &Gpu, variant: &Variant, what: Watch, substeps: Option<u32>) -
     let steps = what.collisions.map(|n| (n / a_step).ceil().max(2.0) as u32);
     let mut gas = Gas::measuring(gpu, variant, &model, &start.disks, substeps, true)?;
     gas.steps(steps[0])?;
-    let before = gas.impulses()?[0];
+    let before = (gas.impulses()?[0], oracle::energy(&model, &gas.disks()?));
     gas.steps(steps[1])?;
-    let virial = gas.impulses()?[0] - before;
+    let virial = gas.impulses()?[0] - before.0;
     let disks = gas.disks()?;
-    let z = oracle::pressure_of_virial(&model, &disks, virial, f64::from(steps[1]) * model.dt_s);
+    let energy = 0.5 * (before.1 + oracle::energy(&model, &disks)); // some responses lose it
+    let z = oracle::pressure_of_virial(energy, virial, f64::from(steps[1]) * model.dt_s);
     let (momentum, lengths) = oracle::momentum(&model, &disks);
     Ok(Seen {
         pressure: z / oracle::pressure(variant.space, what.packing) - 1.0,
@@ -276,7 +279,7 @@ fn between_walls(mut start: Start) -> Start {
     start
 }
 
-const VARIANTS: [&str; 7] = [
+const VARIANTS: [&str; 9] = [
     "sorted/seed",
     "sorted/gauss-seidel",
     "sorted/matching1",
@@ -284,6 +287,8 @@ const VARIANTS: [&str; 7] = [
     "sorted/matching8",
     "sorted/matching1/no-toi",
     "sorted/matching3/no-toi",
+    "sorted/xpbd",
+    "sorted/xpbd/no-bounce",
 ];
 /// (1/s).
 const RATES: [f64; 4] = [15.0, 30.0, 60.0, 240.0];
@@ -315,7 +320,8 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
                     seen.pressure = seed_pressure(gpu, packing, what.way)?;
                 }
                 if rate == 60.0 {
-                    drifts.push(format!("{name} {:.0e}, overlap {:.3}", seen.momentum, seen.overlap));
+                    let Seen { momentum, energy, overlap, .. } = seen;
+                    drifts.push(format!("{name} {momentum:.0e}, energy {energy:+.0e}, overlap {overlap:.3}"));
                 }
                 let start = starts::fluid(variant.space, 100_000, packing, 3);
                 let model = Model { dt_s: what.way, response: variant.response, ..start.model };
@@ -339,7 +345,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
             sim: "disks".into(),
             study: format!("packing {packing}"),
             reference: format!(
-                "Henderson's equation of state, of the tutorial's response exact motion between the same walls; cost of 100 000 disks; momentum lost, of the sum of its lengths, at 60 Hz: {}",
+                "Henderson's equation of state, of the tutorial's response exact motion between the same walls; cost of 100 000 disks; momentum lost, of the sum of its lengths, and energy, of the start's, less 1, at 60 Hz: {}",
                 drifts.join("; ")
             ),
             points,
