@@ -6,10 +6,15 @@
 layout(constant_id = 3) const bool MEASURES = false;
 
 layout(set = 0, binding = 0, std430) buffer Place { vec4 place_m[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Motion { Motion_t motion[]; };
-layout(set = 0, binding = 2, std430) readonly buffer Start { uint start[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Hit { uint hit[]; };
-layout(set = 0, binding = 4, std430) buffer Impulse { vec2 impulse[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Start { uint start[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer Hit { uint hit[]; };
+layout(set = 0, binding = 3, std430) buffer Impulse { vec2 impulse[]; };
+#if DIMENSIONS == 3
+layout(set = 0, binding = 4, std430) readonly buffer Motion { Motion_t motion[]; };
+uint id_at(uint i, vec4 place) { return id_of(place, motion[i]); }
+#else
+uint id_at(uint i, vec4 place) { return id_of(place, vec2(0.0)); }
+#endif
 
 #include "disks/contact.glsl"
 
@@ -23,7 +28,7 @@ void meet(uint k) {
     vecd d = way(at_of(place), at_of(other));
     float far = length(d), radius = radius_of(place), other_radius = radius_of(other), reach = radius + other_radius;
     if (far >= reach) return;
-    uint id = id_of(place, motion[i]), other_id = id_of(other, motion[k]);
+    uint id = id_at(i, place), other_id = id_at(k, other);
     float mass = mass_of(radius), other_mass = mass_of(other_radius);
     vecd apart = axis_of(d, reach, id, other_id) * ((reach - far) / (mass + other_mass));
     place_m[i] = place_of(at_of(place) - apart * other_mass, radius, id);

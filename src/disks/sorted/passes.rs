@@ -60,8 +60,12 @@ pub fn responding(space: Space, response: Response) -> &'static [&'static Pass] 
         Response::Seed => &[&CONTACTS_SOLID],
         Response::GaussSeidel => &[&SWEEP],
         Response::Matching { .. } => &[&PROPOSE, &COLLIDE],
-        Response::Xpbd { bounces: false } => &[&XPBD_PART, &XPBD_DERIVE],
-        Response::Xpbd { bounces: true } => &[&XPBD_PART, &XPBD_DERIVE, &XPBD_BOUNCE],
+        Response::Xpbd { bounces } => match (space, bounces) {
+            (Space::Flat, false) => &[&XPBD_PART, &XPBD_DERIVE],
+            (Space::Flat, true) => &[&XPBD_PART, &XPBD_DERIVE, &XPBD_BOUNCE],
+            (Space::Solid, false) => &[&XPBD_PART_SOLID, &XPBD_DERIVE],
+            (Space::Solid, true) => &[&XPBD_PART_SOLID, &XPBD_DERIVE, &XPBD_BOUNCE],
+        },
     }
 }
 
@@ -131,8 +135,11 @@ const SWEEP: Pass = Pass {
 const XPBD_PART: Pass = Pass {
     names: [c"disks.xpbd_part", c"disks.xpbd_part_solid"],
     spv: [shaders::DISKS_XPBD_PART_COMP, shaders::DISKS_XPBD_PART_SOLID_COMP],
-    ..SWEEP
+    blocks: &["Place", "Start", "Hit", "Impulse"],
+    constants: &[Periodic, HasLarge, Measures],
 };
+
+const XPBD_PART_SOLID: Pass = Pass { blocks: &["Place", "Start", "Hit", "Impulse", "Motion"], ..XPBD_PART };
 
 const XPBD_DERIVE: Pass = Pass {
     names: [c"disks.xpbd_derive", c"disks.xpbd_derive_solid"],
