@@ -301,7 +301,7 @@ impl Model {
         hold((1..=1 << 26).contains(&disks.len()), "disks", disks.len(), "1 to 2^26")?;
         let narrowest = size.iter().copied().fold(f64::INFINITY, f64::min);
         // Of a place in f32 the box is seven digits.
-        let least = 1e-7 * size.iter().copied().fold(0.0, f64::max);
+        let least = size.iter().copied().fold(0.0, f64::max) / 1e7;
         let widest = match self.borders {
             Borders::Walls => 0.5 * narrowest,
             Borders::Periodic => 0.25 * narrowest, // nearer than half a box, a disk has one image only

@@ -234,6 +234,8 @@ fn a_heap_of_spheres_keeps_its_energy_of_motion_and_height() {
     let got = run(&gpu, &start, 600);
     let drift = oracle::total_energy(&start.model, &got) / before - 1.0;
     println!("{drift:e} in {} s", 600.0 * start.model.dt_s);
+    // What pushes disks apart by mass moves no weight, but for one that the floor stops: measured 4.5e-4. A mirror for a
+    // floor lifts one that comes down at 2 m/s by 8 % of its energy, each time.
     assert!(drift.abs() < 1e-3, "{drift:e}");
 }
 
