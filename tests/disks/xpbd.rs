@@ -59,5 +59,7 @@ fn a_pair_bounces_with_its_velocity_pass_and_sticks_without() {
     assert!((elastic[0] + 0.6).abs() < 1e-5 && (elastic[1] - 0.4).abs() < 1e-5, "{elastic:?}");
     let plain = after(PLAIN);
     let energy = 0.01 * plain[0].powi(2) + 0.04 * plain[1].powi(2);
-    assert!(energy < 0.01 && (0.01 * plain[0] + 0.04 * plain[1] - 0.01).abs() < 1e-7, "{plain:?}");
+    // A place of 0.5 m rounded to 6e-8 m, over a step of 0.01 s, is a speed to 6e-6 m/s: measured 3e-6.
+    let momentum = 0.01 * plain[0] + 0.04 * plain[1];
+    assert!(energy < 0.005 && (momentum - 0.01).abs() < 0.05 * 6e-6, "{plain:?}");
 }
