@@ -6,6 +6,8 @@
 //
 // The mass is radius^2 or radius^3. `DisksParams` mirrors `disks::Params`.
 
+#include "disks/id.glsl"
+
 #if DIMENSIONS == 2
 #define vecd vec2
 #define ivecd ivec2
@@ -19,7 +21,8 @@
 struct DisksParams {
     vec4 size_m;        // the box, from the origin
     uvec4 cells;        // along x, y, z
-    vec4 gravity_mps2;
+    vec4 cells_per_m;   // the host divides, so that every pass finds a disk in the same cell to the bit
+    vec4 gravity_mps2;  // w: speed to which stirring may bring a disk (m/s)
     vec4 stir_at_m;     // w: how far stirring reaches (m)
     float stir_mps2;    // away from there; 0: nothing is stirred
     float dt_s;
@@ -44,29 +47,30 @@ uint item() { return gl_GlobalInvocationID.y * (gl_NumWorkGroups.x * gl_WorkGrou
 #if DIMENSIONS == 2
 vecd at_of(vec4 place) { return place.xy; }
 float radius_of(vec4 place) { return place.z; }
-uint id_of(vec4 place, Motion_t motion) { return floatBitsToUint(place.w); }
-vec4 place_of(vecd at_m, float radius_m, uint id) { return vec4(at_m, radius_m, uintBitsToFloat(id)); }
+uint id_of(vec4 place, Motion_t motion) { return id_of_word(place.w); }
+vec4 place_of(vecd at_m, float radius_m, uint id) { return vec4(at_m, radius_m, word_of_id(id)); }
 Motion_t motion_of(vecd velocity_mps, uint id) { return velocity_mps; }
 vecd velocity_of(Motion_t motion) { return motion; }
 float mass_of(float radius_m) { return radius_m * radius_m; }
 vecd box_m() { return p.size_m.xy; }
+vecd cells_per_m() { return p.cells_per_m.xy; }
 ivecd box_cells() { return ivec2(p.cells.xy); }
 uint cell_index(ivecd c) { return uint(c.y) * p.cells.x + uint(c.x); }
 #else
 vecd at_of(vec4 place) { return place.xyz; }
 float radius_of(vec4 place) { return place.w; }
-uint id_of(vec4 place, Motion_t motion) { return floatBitsToUint(motion.w); }
+uint id_of(vec4 place, Motion_t motion) { return id_of_word(motion.w); }
 vec4 place_of(vecd at_m, float radius_m, uint id) { return vec4(at_m, radius_m); }
-Motion_t motion_of(vecd velocity_mps, uint id) { return vec4(velocity_mps, uintBitsToFloat(id)); }
+Motion_t motion_of(vecd velocity_mps, uint id) { return vec4(velocity_mps, word_of_id(id)); }
 vecd velocity_of(Motion_t motion) { return motion.xyz; }
 float mass_of(float radius_m) { return radius_m * radius_m * radius_m; }
 vecd box_m() { return p.size_m.xyz; }
+vecd cells_per_m() { return p.cells_per_m.xyz; }
 ivecd box_cells() { return ivec3(p.cells.xyz); }
 uint cell_index(ivecd c) { return (uint(c.z) * p.cells.y + uint(c.y)) * p.cells.x + uint(c.x); }
 #endif
 
 // Cells are numbered along x first, so that the cells beside each other in a row hold one run of disks.
 ivecd cell_of(vecd at_m) {
-    ivecd n = box_cells();
-    return clamp(ivecd(floor(at_m * (vecd(n) / box_m()))), ivecd(0), n - 1);
+    return clamp(ivecd(floor(at_m * cells_per_m())), ivecd(0), box_cells() - 1);
 }

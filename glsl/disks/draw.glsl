@@ -1,5 +1,7 @@
 // Drawing of disks and spheres: `DrawParams` mirrors `disks::draw::DrawParams`. Six vertices an instance, pulled by number.
 
+#include "disks/id.glsl"
+
 struct DrawParams {
     vec4 size_m;      // the box
     vec4 origin_m;    // of the box, in the world; spheres only

@@ -14,7 +14,7 @@ layout(location = 1) out float temperature;
 void main() {
     vec4 place = place_m[gl_InstanceIndex];
     corner = corner_of(gl_VertexIndex);
-    temperature = temperature_of(hit[floatBitsToUint(place.w)]);
+    temperature = temperature_of(hit[id_of_word(place.w)]);
     vec2 pixels = vec2(view.pixels), at = place.xy + corner * place.z - 0.5 * p.size_m.xy;
     float pixels_per_m = min(pixels.x / p.size_m.x, pixels.y / p.size_m.y);
     gl_Position = vec4(2.0 * pixels_per_m * at / pixels, 0.5, 1.0);

@@ -16,7 +16,7 @@ layout(location = 2) flat out float temperature;
 void main() {
     vec4 place = place_m[gl_InstanceIndex];
     sphere_m = vec4(place.xyz + p.origin_m.xyz, place.w);
-    temperature = temperature_of(hit[floatBitsToUint(motion[gl_InstanceIndex].w)]);
+    temperature = temperature_of(hit[id_of_word(motion[gl_InstanceIndex].w)]);
     vec3 from_eye = sphere_m.xyz - view.eye_m.xyz;
     float far = max(length(from_eye), 1.001 * place.w);
     vec3 ahead = from_eye / far, right = normalize(cross(ahead, normalize(view.ray_up.xyz))), up = cross(right, ahead);

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "disks/list.glsl"
+#include "disks/walls.glsl"
 
 // A step forward, then into the list of the bin. CPU twin: disks::cpu::Disks::travel.
 
@@ -15,15 +16,8 @@ void main() {
     vec2 velocity = me.new_velocity_mps, pull = p.gravity_mps2.xy * p.dt_s;
     vec2 at = me.new_at_m + (velocity + 0.5 * pull) * p.dt_s;
     velocity += pull;
-    vec2 low = vec2(me.radius_m), high = p.size_m.xy - me.radius_m;
     for (int axis = 0; axis < 2; ++axis) {
-        if (at[axis] < low[axis]) {
-            at[axis] = min(2.0 * low[axis] - at[axis], high[axis]);
-            velocity[axis] = abs(velocity[axis]);
-        } else if (at[axis] > high[axis]) {
-            at[axis] = max(2.0 * high[axis] - at[axis], low[axis]);
-            velocity[axis] = -abs(velocity[axis]);
-        }
+        between_walls(at[axis], velocity[axis], me.radius_m, p.size_m[axis] - me.radius_m, p.gravity_mps2[axis]);
     }
     disks[i].at_m = at;
     disks[i].velocity_mps = velocity;

@@ -89,8 +89,7 @@ void visit(uint i, vec4 place) {
     visit_large(i);
     ivecd c = cell_of(at_of(place));
     if (HAS_LARGE && i < p.large) {
-        vecd cells_per_m = vecd(box_cells()) / box_m();
-        meet_far(i, c, ivecd(ceil((radius_of(place) + p.small_m) * cells_per_m)));
+        meet_far(i, c, ivecd(ceil((radius_of(place) + p.small_m) * cells_per_m())));
     } else {
         visit_cells(i, c);
     }

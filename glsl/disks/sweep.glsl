@@ -1,6 +1,5 @@
-// Impulses one after the other, of the cells of one colour at a time: cells of one colour are three apart, so that no two
-// invocations touch one disk. The contacts of large disks have a dispatch of their own, of one invocation. No times of impact: who
-// overlaps and comes nearer collides where it is, and is parted. CPU twin: disks::cpu::Disks::sweep.
+// Impulses one after the other, in colours of cells. No times of impact: who overlaps and comes nearer collides where it
+// is, and is parted. CPU twin: disks::cpu::Disks::settle.
 #include "disks/disks.glsl"
 #include "disks/box.glsl"
 layout(constant_id = 3) const bool MEASURES = false;
@@ -14,6 +13,8 @@ layout(set = 0, binding = 4, std430) buffer Impulse { vec2 impulse[]; };
 #include "disks/contact.glsl"
 
 uint mine;
+
+vec4 where(uint i) { return place_m[i]; }
 
 void meet(uint k) {
     uint i = mine;
@@ -40,22 +41,4 @@ void meet(uint k) {
 
 #include "disks/neighbours.glsl"
 
-const uint LARGE_ONES = 0xffffffffu;
-
-void main() {
-    if (p.color == LARGE_ONES) {
-        if (item() > 0u) return;
-        for (mine = 0u; mine < large(); ++mine) visit(mine, place_m[mine]);
-        return;
-    }
-    // The cell of this colour that the invocation has.
-    uvec3 of = uvec3(p.color % 3u, p.color / 3u % 3u, p.color / 9u);
-    uvec3 n = (p.cells.xyz + 2u - of) / 3u;
-    uint at = item();
-    if (at >= n.x * n.y * n.z) return;
-    uvec3 c = uvec3(at % n.x, at / n.x % n.y, at / n.x / n.y) * 3u + of;
-    // Round the cell that they are sorted into, wherever they are pushed meanwhile.
-    uint cell = cell_index(ivecd(c));
-    uint last = large() + start[cell + 1u];
-    for (mine = large() + start[cell]; mine < last; ++mine) visit_cells(mine, ivecd(c));
-}
+#include "disks/colors.glsl"

@@ -1,10 +1,11 @@
 // What the last step left to be done for each disk, then a step forward, and the count of each cell.
 //     seed:      out of every overlap by 0.51 of it; one contact that is the only one of both is elastic, several reverse
 //     matching:  out of what still overlaps, the lighter one more, by a radius at most
-//     all:       x' = x + v dt + g dt^2 / 2,  v' = v + g dt,  mirrored by walls or led round
+//     all:       x' = x + v dt + g dt^2 / 2,  v' = v + g dt,  then walls (disks/walls.glsl), or led round
 // CPU twin: disks::cpu::Disks::travel.
 #include "disks/disks.glsl"
 #include "disks/box.glsl"
+#include "disks/walls.glsl"
 layout(constant_id = 3) const uint RESPONSE = 0u;
 layout(constant_id = 4) const bool MEASURES = false;
 
@@ -84,7 +85,13 @@ void main() {
     if (p.stir_mps2 != 0.0) {
         vecd from = way(vecd(p.stir_at_m), at);
         float far = length(from);
-        if (far < p.stir_at_m.w && far > 0.0) velocity += from * (p.stir_mps2 * p.dt_s * (1.0 / far - 1.0 / p.stir_at_m.w));
+        if (far < p.stir_at_m.w && far > 0.0) {
+            // No faster than steps are cut for, or as fast as it is.
+            float most = max(p.gravity_mps2.w, length(velocity));
+            velocity += from * (p.stir_mps2 * p.dt_s * (1.0 / far - 1.0 / p.stir_at_m.w));
+            float fast = length(velocity);
+            if (fast > most) velocity *= most / fast;
+        }
     }
     vecd pull = vecd(p.gravity_mps2) * p.dt_s;
     at += (velocity + 0.5 * pull) * p.dt_s;
@@ -94,19 +101,10 @@ void main() {
     if (PERIODIC) {
         at -= box * floor(at / box);
     } else {
-        vecd low = vecd(radius), high = box - radius, kick = vecd(0.0);
+        float sum = 0.0;
         for (int axis = 0; axis < DIMENSIONS; ++axis) {
-            if (at[axis] < low[axis]) {
-                at[axis] = min(2.0 * low[axis] - at[axis], high[axis]);
-                kick[axis] = 2.0 * max(-velocity[axis], 0.0);
-                velocity[axis] = abs(velocity[axis]);
-            } else if (at[axis] > high[axis]) {
-                at[axis] = max(2.0 * high[axis] - at[axis], low[axis]);
-                kick[axis] = 2.0 * max(velocity[axis], 0.0);
-                velocity[axis] = -abs(velocity[axis]);
-            }
+            sum += between_walls(at[axis], velocity[axis], radius, box[axis] - radius, p.gravity_mps2[axis]);
         }
-        float sum = dot(kick, vecd(1.0));
         if (MEASURES && sum > 0.0) impulse[id].y += mass_of(radius) * sum;
     }
     new_place_m[i] = place_of(at, radius, id);

@@ -69,9 +69,10 @@ impl List {
     /// Bad input, or the device's.
     ///
     /// # Panics
-    /// If the model is not flat.
+    /// If the model is not flat, or not between walls.
     pub fn state(&self, model: &Model, disks: &[Disk]) -> Result<ListState, Error> {
         assert_eq!(model.space, super::Space::Flat, "lists are of disks");
+        assert_eq!(model.borders, super::Borders::Walls, "lists are of a box with walls");
         model.check(disks)?;
         let grid = Grid::of(model, disks.iter().map(|disk| disk.radius_m));
         let record = |disk: &Disk| {
@@ -98,12 +99,7 @@ impl List {
             self.kernels[2].bind(&lists)?,
             self.kernels[3].bind(&lists)?,
         ];
-        Ok(ListState {
-            bound,
-            records,
-            params: Params::new(model, &grid, disks.len()),
-            cells: grid.count() as u64,
-        })
+        Ok(ListState { bound, records, params: Params::new(model, &grid, disks), cells: grid.count() as u64 })
     }
 }
 

@@ -11,7 +11,8 @@
 //! | `disks.contacts`        | disks, starts                          | partners, hits                  | `cpu::Disks::contacts`   |
 //! | `disks.propose`         | disks, starts, partners                | partners                        | `cpu::Disks::propose`    |
 //! | `disks.collide`         | disks, starts, partners                | disks, wakes, hits              | `cpu::Disks::collide`    |
-//! | `disks.sweep`           | disks, starts                          | disks, hits                     | `cpu::Disks::sweep`      |
+//! | `disks.sweep`           | disks, starts                          | disks, hits                     | `cpu::Disks::settle`     |
+//! | `disks.xpbd_*`          | disks, starts                          | disks, hits                     | `cpu::Disks::xpbd`       |
 //! | `disks.list_*`          | records, heads, next                   | records, heads, next            | `cpu::Disks`             |
 //!
 //! A step of [`Sorted`] moves every disk, sorts all into cells of about one disk, and lets contacts respond:
@@ -20,6 +21,7 @@
 //! travel --B-- sums --B-- starts --B-- slot --B-- gather --B-- contacts                                    (seed)
 //!                                                        --B-- sweep x 9 colours                           (gauss-seidel)
 //!                                                        --B-- (propose --B-- collide --B--) x rounds      (matching)
+//!                                          --B-- part x 9 --B-- derive --B-- bounce x 9 colours             (xpbd)
 //! ```
 //!
 //! What a step leaves undone, the seed's response and overlaps to be parted, the next `travel` does on its way: no pass
@@ -53,7 +55,9 @@ pub struct Params {
     pub size_m: [f32; 4],
     /// Along x, y and z.
     pub cells: [u32; 4],
-    /// (m/s^2).
+    /// Along x, y and z (1/m): so that every pass finds a disk in the same cell, no matter how it divides.
+    pub cells_per_m: [f32; 4],
+    /// Along x, y and z (m/s^2), and the speed to which stirring may bring a disk (m/s).
     pub gravity_mps2: [f32; 4],
     /// x, y, z, and how far it reaches (m).
     pub stir_at_m: [f32; 4],
@@ -87,16 +91,18 @@ pub enum Error {
 }
 
 impl Params {
-    fn new(model: &Model, grid: &Grid, disks: usize) -> Self {
+    fn new(model: &Model, grid: &Grid, disks: &[Disk]) -> Self {
         let four = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
+        let stirred_mps = model.stirred_mps(disks) as f32;
         Self {
             size_m: four(model.size_m),
             cells: grid.cells.extend(0).to_array(),
-            gravity_mps2: four(model.gravity_mps2),
+            cells_per_m: four(grid.cells.as_dvec3() / model.size_m),
+            gravity_mps2: model.gravity_mps2.as_vec3().extend(stirred_mps).to_array(),
             stir_at_m: [0.0; 4],
             stir_mps2: 0.0,
             dt_s: model.dt_s as f32,
-            disks: disks as u32,
+            disks: disks.len() as u32,
             large: grid.large,
             small_m: grid.small_m as f32,
             step: 0,

@@ -38,6 +38,12 @@ pub enum Response {
         /// Whether they collide where they met, and not where the step left them.
         rewinds: bool,
     },
+    /// Extended position based dynamics: out of every overlap, and velocities from where that led (Müller et al.,
+    /// "Detailed Rigid Body Simulation with Extended Position Based Dynamics", 2020).
+    Xpbd {
+        /// With its velocity pass, at a restitution of 1; without it, collisions are inelastic.
+        bounces: bool,
+    },
 }
 
 /// A disk or a sphere. Its mass is `radius^2` or `radius^3`: all are of one stuff.
@@ -84,10 +90,26 @@ pub struct Model {
 pub struct Grid {
     /// Along x, y and z; z is 1 in [`Space::Flat`].
     pub cells: UVec3,
-    /// How many disks are wider than a cell: they come first, are in no cell, and are tried against every other.
+    /// How many disks are wider than two cells: they come first, are in no cell, and are tried against every other.
     pub large: u32,
     /// Radius of the largest of the others (m).
     pub small_m: f64,
+}
+
+impl Stir {
+    /// # Panics
+    /// If one of the numbers is none.
+    pub(super) fn assert_finite(&self) {
+        let numbers = [self.at_m.x, self.at_m.y, self.at_m.z, self.radius_m, self.push_mps2];
+        assert!(numbers.iter().all(|x| (*x as f32).is_finite()), "{self:?} is of finite numbers");
+    }
+}
+
+impl Response {
+    /// Whether contacts are settled in colours of cells, by passes that write both disks.
+    pub fn is_colored(self) -> bool {
+        matches!(self, Self::GaussSeidel | Self::Xpbd { .. })
+    }
 }
 
 impl Space {
@@ -120,7 +142,8 @@ impl Grid {
     /// Most cells.
     pub const MOST_CELLS: f64 = 67_108_864.0;
 
-    /// About one cell a disk, no cell narrower than a disk, but for a few that are more than twice as wide as a cell.
+    /// About one cell a disk, no cell narrower than a disk, but for a few that are wider than two cells. Of more than
+    /// [`Grid::MOST_LARGE`] such disks the smaller ones make all cells as wide as they are.
     pub fn of(model: &Model, radii_m: impl Iterator<Item = f64>) -> Self {
         let mut radii_m: Vec<f64> = radii_m.collect();
         let count = radii_m.len();
@@ -130,31 +153,34 @@ impl Grid {
             radii_m.select_nth_unstable_by(count - most - 1, f64::total_cmp);
             radii_m[count - most - 1..].sort_by(f64::total_cmp);
         }
-        let dimensions = model.space.dimensions();
-        let room = model.measure() / count.max(1) as f64;
-        let even = room.powf(1.0 / f64::from(dimensions));
-        let large = (0..most).take_while(|i| radii_m[count - 1 - i] > even).count();
-        let small_m = radii_m.get(count.wrapping_sub(1 + large)).copied().unwrap_or(0.0);
+        let even = model.even_edge(count as f64);
+        let wide = (0..most).take_while(|i| radii_m[count - 1 - i] > even).count();
+        let small_m = radii_m.get(count.wrapping_sub(1 + wide)).copied().unwrap_or(0.0);
+        // Those that are as large as the first that cells have to hold gain nothing by being in none.
+        let large = (0..wide).take_while(|i| radii_m[count - 1 - i] > small_m).count();
         // A hair wider than a disk: positions are rounded.
-        let mut edge = even.max(2.0 * small_m * (1.0 + 1e-5));
-        edge = edge.max((model.measure() / Self::MOST_CELLS).powf(1.0 / f64::from(dimensions)));
+        let edge = even.max(2.0 * small_m * (1.0 + 1e-5)).max(model.even_edge(Self::MOST_CELLS));
         let along = |size: f64| (size / edge).floor().clamp(1.0, 1e6) as u32;
         let [x, y, z] = model.size_m.to_array().map(along).map(|n| {
             // Colours of cells must close where the box does.
-            let is_colored = model.response == Response::GaussSeidel && model.borders == Borders::Periodic;
-            if is_colored && n > 3 {
+            if model.response.is_colored() && model.borders == Borders::Periodic && n > 3 {
                 n - n % 3
             } else {
                 n
             }
         });
-        Self { cells: UVec3::new(x, y, if dimensions == 2 { 1 } else { z }), large: large as u32, small_m }
+        let z = if model.space == Space::Flat { 1 } else { z };
+        Self { cells: UVec3::new(x, y, z), large: large as u32, small_m }
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
         self.cells.as_usizevec3().element_product()
     }
+}
+
+fn smallest_m(disks: &[Disk]) -> f64 {
+    disks.iter().map(|disk| disk.radius_m).fold(f64::INFINITY, f64::min)
 }
 
 impl Model {
@@ -172,6 +198,19 @@ impl Model {
         match self.space {
             Space::Flat => self.size_m.x * self.size_m.y,
             Space::Solid => self.size_m.element_product(),
+        }
+    }
+
+    /// Edge of `count` cells that fill the box, of which there is one across what is narrower.
+    fn even_edge(&self, count: f64) -> f64 {
+        let mut sizes = self.size_m.to_array()[..self.space.dimensions() as usize].to_vec();
+        loop {
+            let edge = (sizes.iter().product::<f64>() / count.max(1.0)).powf(1.0 / sizes.len() as f64);
+            let before = sizes.len();
+            sizes.retain(|size| *size > edge);
+            if sizes.len() == before || sizes.is_empty() {
+                return edge;
+            }
         }
     }
 
@@ -219,13 +258,18 @@ impl Model {
         (fastest.max(thermal).powi(2) + fall).sqrt()
     }
 
+    /// To which speed stirring may bring a disk: beyond it, two in one step come nearer by more than four radii of the
+    /// smallest (m/s).
+    pub fn stirred_mps(&self, disks: &[Disk]) -> f64 {
+        2.0 * smallest_m(disks) / self.dt_s
+    }
+
     /// Into how many substeps a step is cut: in one, two disks come nearer by at most four radii of the smallest, so that no
     /// head-on collision is jumped over, and a disk collides [`Model::most_collisions`] times at most in the mean.
     pub fn substeps(&self, disks: &[Disk]) -> u32 {
-        let smallest = disks.iter().map(|disk| disk.radius_m).fold(f64::INFINITY, f64::min);
         let jumps = match self.response {
             Response::Seed => 0.0, // as the tutorial: it has no limit, and misses what is fast
-            _ => 2.0 * self.fastest_mps(disks) * self.dt_s / (4.0 * smallest),
+            _ => 2.0 * self.fastest_mps(disks) * self.dt_s / (4.0 * smallest_m(disks)),
         };
         let crowd = self.collisions_a_step(disks) / self.most_collisions();
         jumps.max(crowd).ceil().clamp(1.0, 1e9) as u32
@@ -246,12 +290,18 @@ impl Model {
         let is_box = size.iter().all(|s| (1e-6..=1e6).contains(s));
         hold(is_box, "size_m", self.size_m, "1e-6 to 1e6 along each axis")?;
         hold(self.dt_s > 0.0 && self.dt_s <= 1e3, "dt_s", self.dt_s, "more than 0, at most 1000 s")?;
-        hold(self.gravity_mps2.is_finite(), "gravity_mps2", self.gravity_mps2, "finite")?;
+        let is_flat = self.space == Space::Flat;
+        let pull = self.gravity_mps2;
+        let is_pull = pull.is_finite() && pull.abs().max_element() < 1e9 && !(is_flat && pull.z != 0.0);
+        let flat = if is_flat { ", and 0 along z of a flat box" } else { "" };
+        hold(is_pull, "gravity_mps2", pull, format!("below 1e9 along each axis{flat}"))?;
         if let Response::Matching { rounds, .. } = self.response {
             hold((1..=64).contains(&rounds), "rounds", rounds, "1 to 64")?;
         }
         hold((1..=1 << 26).contains(&disks.len()), "disks", disks.len(), "1 to 2^26")?;
         let narrowest = size.iter().copied().fold(f64::INFINITY, f64::min);
+        // Of a place in f32 the box is seven digits.
+        let least = size.iter().copied().fold(0.0, f64::max) / 1e7;
         let widest = match self.borders {
             Borders::Walls => 0.5 * narrowest,
             Borders::Periodic => 0.25 * narrowest, // nearer than half a box, a disk has one image only
@@ -260,16 +310,20 @@ impl Model {
             let bad = |key, value: &dyn fmt::Display, allowed: &str| {
                 hold(false, key, format!("{value} of disk {i}"), allowed) // a text for each would take seconds
             };
-            if !(disk.radius_m >= 1e-7 * narrowest && disk.radius_m <= widest) {
-                let allowed = format!("{:e} to {widest} m in this box", 1e-7 * narrowest);
+            if !(disk.radius_m >= least && disk.radius_m <= widest) {
+                let allowed = format!("{least:e} to {widest} m in this box");
                 return bad("radius_m", &disk.radius_m, &allowed);
             }
             let at = &disk.at_m.to_array()[..dimensions];
             if !at.iter().zip(size).all(|(x, s)| (0.0..=*s).contains(x)) {
                 return bad("at_m", &disk.at_m, "in the box");
             }
-            if !(disk.velocity_mps.is_finite() && disk.velocity_mps.abs().max_element() < 1e9) {
-                return bad("velocity_mps", &disk.velocity_mps, "finite");
+            let velocity = disk.velocity_mps;
+            if !(velocity.is_finite() && velocity.abs().max_element() < 1e9) {
+                return bad("velocity_mps", &velocity, "below 1e9 along each axis");
+            }
+            if is_flat && (disk.at_m.z != 0.0 || velocity.z != 0.0) {
+                return bad("z", &format!("{} m, {} m/s", disk.at_m.z, velocity.z), "0 in a flat box");
             }
         }
         Ok(())

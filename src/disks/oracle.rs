@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What is known of hard disks and spheres: pressure, and what does not change.
 
-use super::model::{Disk, Model, Space};
+use super::model::{Borders, Disk, Model, Space};
 use glam::DVec3;
 
 /// `P V / (N k T)` of disks (Henderson, "A simple equation of state for hard discs", Molecular Physics 30, 1975) and of
@@ -21,6 +21,17 @@ pub fn mixture_pressure(packing: f64, disks: &[Disk]) -> f64 {
     (1.0 - x) / (1.0 - packing) + x * pressure(Space::Flat, packing)
 }
 
+/// Kinetic energy, and that of the height above the corner into which gravity pulls.
+pub fn total_energy(model: &Model, disks: &[Disk]) -> f64 {
+    if model.borders == Borders::Periodic {
+        return energy(model, disks); // nothing is above anything
+    }
+    let pull = model.gravity_mps2;
+    let corner = DVec3::select(pull.cmpgt(DVec3::ZERO), model.size_m, DVec3::ZERO);
+    let height = |d: &Disk| model.space.mass(d.radius_m) * pull.dot(corner - d.at_m);
+    energy(model, disks) + disks.iter().map(height).sum::<f64>()
+}
+
 /// Kinetic energy.
 pub fn energy(model: &Model, disks: &[Disk]) -> f64 {
     disks.iter().map(|d| 0.5 * model.space.mass(d.radius_m) * d.velocity_mps.length_squared()).sum()
@@ -34,20 +45,10 @@ pub fn momentum(model: &Model, disks: &[Disk]) -> (DVec3, f64) {
     })
 }
 
-/// `P V / (N k T)` from what pairs gave each other in `time_s`: `virial` is the sum of impulse times distance of the centres.
-pub fn pressure_of_virial(model: &Model, disks: &[Disk], virial: f64, time_s: f64) -> f64 {
-    1.0 + virial / (2.0 * energy(model, disks) * time_s)
-}
-
-/// `P V / (N k T)` from what the walls gave in `time_s`, with the room that centres have.
-pub fn pressure_of_walls(model: &Model, disks: &[Disk], impulse: f64, time_s: f64) -> f64 {
-    let [x, y, z] = model.size_m.to_array();
-    let (faces, room) = match model.space {
-        Space::Flat => (2.0 * (x + y), x * y),
-        Space::Solid => (2.0 * (x * y + y * z + z * x), x * y * z),
-    };
-    let thermal = 2.0 * energy(model, disks) / f64::from(model.space.dimensions());
-    impulse / (time_s * faces) * room / thermal
+/// `P V / (N k T)` from what pairs gave each other in `time_s`: `virial` is the sum of impulse times distance of the centres,
+/// `energy` that of [`energy`] in the mean.
+pub fn pressure_of_virial(energy: f64, virial: f64, time_s: f64) -> f64 {
+    1.0 + virial / (2.0 * energy * time_s)
 }
 
 /// The largest overlap of a pair, of the sum of its radii; every pair is looked at.
@@ -61,7 +62,7 @@ pub fn overlap(model: &Model, disks: &[Disk]) -> f64 {
         for b in order[i + 1..].iter().chain(&order[..i]) {
             let d = model.way(a.at_m, b.at_m);
             if d.x.abs() > widest {
-                if model.borders == super::model::Borders::Walls || d.x > 0.0 {
+                if model.borders == Borders::Walls || d.x > 0.0 {
                     break;
                 }
                 continue;

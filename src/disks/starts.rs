@@ -2,7 +2,7 @@
 //! Named starts, for tests, benches and scenes.
 
 use super::model::{Borders, Disk, Model, Response, Space};
-use crate::random::{bits, cos_sin_of_turn, direction_of, units};
+use crate::random::{bits, cos_sin_of_turn, units};
 use glam::{dvec3, DVec3, Vec2};
 
 /// A box and what is in it.
@@ -29,7 +29,6 @@ pub fn thermal(space: Space, seed: u32, i: u32) -> DVec3 {
 /// m/s and no momentum; radius 1 m.
 pub fn fluid(space: Space, count: u32, packing: f64, seed: u32) -> Start {
     let room = space.measure(1.0) * f64::from(count) / packing;
-    let dimensions = space.dimensions();
     // Flat: rows that are shifted by half, near a hexagon; solid: face-centred cubic.
     let (size_m, places) = match space {
         Space::Flat => {
@@ -62,7 +61,6 @@ pub fn fluid(space: Space, count: u32, packing: f64, seed: u32) -> Start {
     let square = velocities.iter().map(|v| v.length_squared()).sum::<f64>() / f64::from(count);
     let scale = 1.0 / square.sqrt().max(1e-12);
     let disk = |(&at_m, v): (&DVec3, &DVec3)| Disk { at_m, velocity_mps: *v * scale, radius_m: 1.0 };
-    debug_assert!(dimensions == 2 || dimensions == 3);
     Start {
         model: Model {
             space,
@@ -104,10 +102,4 @@ pub fn seed(space: Space, count: u32, borders: Borders, seed: u32) -> Start {
         },
         disks: (0..count).map(disk).collect(),
     }
-}
-
-/// Directions of [`seed`] in 3D, all alike.
-pub fn direction(seed: u32, i: u32) -> DVec3 {
-    let [u, v, ..] = units(bits(seed, 2, i, 0));
-    direction_of([u, v]).as_dvec3()
 }

@@ -129,8 +129,8 @@ impl Gas {
 
     pub fn stats(&self, gpu: &Gpu) -> Result<DisksStats, RunError> {
         let model = &self.start.model;
-        let before = oracle::energy(model, &self.start.disks);
-        let after = oracle::energy(model, &self.state.disks(gpu)?);
+        let before = oracle::total_energy(model, &self.start.disks);
+        let after = oracle::total_energy(model, &self.state.disks(gpu)?);
         Ok(DisksStats {
             name: self.name.clone(),
             count: self.start.disks.len() as u64,

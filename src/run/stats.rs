@@ -153,7 +153,8 @@ pub struct DisksStats {
     pub steps: u64,
     /// Of each (s).
     pub dt_s: f64,
-    /// Kinetic energy at the end, of the start's, less 1; gravity adds to it.
+    /// Energy at the end, of motion and of height in the box, of the start's, less 1. A box that repeats has no height:
+    /// gravity adds to it.
     pub energy_drift: f64,
     /// Of all that the next step depends on.
     pub state_hash: String,

@@ -214,6 +214,9 @@ impl DisksScene {
         let (respond, times) = match self.response {
             Response::Seed => ("disks.contacts", 1),
             Response::GaussSeidel => ("disks.sweep", if self.space == Space::Flat { 9 } else { 27 }),
+            Response::Xpbd { .. } => {
+                ("disks.xpbd_part, disks.xpbd_bounce", if self.space == Space::Flat { 9 } else { 27 })
+            }
             Response::Matching { rounds, .. } => ("disks.propose, disks.collide", rounds),
         };
         for pass in ["disks.travel", "prims.reduce, prims.scan", "disks.slot", "disks.gather"] {

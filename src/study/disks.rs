@@ -19,7 +19,8 @@ pub const NAME: &str = "disks";
 /// What the error is.
 pub const METRIC: &str = "pressure, relative to Henderson's";
 
-/// How a box is stepped, by the name in results: `list/seed`, `sorted/matching3`, `sorted/matching3/no-toi/3d`.
+/// How a box is stepped, by the name in results: `list/seed`, `sorted/matching3`, `sorted/matching3/no-toi/3d`,
+/// `sorted/xpbd`, `sorted/xpbd/no-bounce`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
     /// The tutorial's lists instead of sorted cells.
@@ -41,6 +42,7 @@ impl Variant {
                 Response::Matching { rounds: rounds.parse().expect("rounds"), rewinds: !has("no-toi") }
             }
             None if has("gauss-seidel") => Response::GaussSeidel,
+            None if has("xpbd") => Response::Xpbd { bounces: !has("no-bounce") },
             None => {
                 assert!(has("seed"), "no variant `{name}`");
                 Response::Seed
@@ -264,9 +266,11 @@ pub fn watch(gpu: &Gpu, variant: &Variant, what: Watch, substeps: Option<u32>) -
     let mut gas = Gas::measuring(gpu, variant, &model, &start.disks, substeps, true)?;
     gas.steps(steps[0])?;
     let in_part = steps[1].div_ceil(PARTS);
+    let before = oracle::energy(&model, &gas.disks()?);
     let parts = gas.gains(0, in_part)?;
     let disks = gas.disks()?;
-    let z = |virial| oracle::pressure_of_virial(&model, &disks, virial, f64::from(in_part) * model.dt_s);
+    let energy = 0.5 * (before + oracle::energy(&model, &disks)); // some responses lose it
+    let z = |virial| oracle::pressure_of_virial(energy, virial, f64::from(in_part) * model.dt_s);
     let henderson = oracle::pressure(variant.space, what.packing);
     let (pressure, doubt) = mean(&parts.map(|virial| z(virial) / henderson - 1.0));
     let (momentum, lengths) = oracle::momentum(&model, &disks);
@@ -318,7 +322,7 @@ fn between_walls(mut start: Start) -> Start {
     start
 }
 
-const VARIANTS: [&str; 7] = [
+const VARIANTS: [&str; 9] = [
     "sorted/seed",
     "sorted/gauss-seidel",
     "sorted/matching1",
@@ -326,6 +330,8 @@ const VARIANTS: [&str; 7] = [
     "sorted/matching8",
     "sorted/matching1/no-toi",
     "sorted/matching3/no-toi",
+    "sorted/xpbd",
+    "sorted/xpbd/no-bounce",
 ];
 /// (1/s).
 const RATES: [f64; 4] = [15.0, 30.0, 60.0, 240.0];
@@ -366,7 +372,8 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
                 let doubt = &mut doubts[usize::from(is_seed)];
                 *doubt = larger(*doubt, seen.doubt);
                 if rate == 60.0 {
-                    drifts.push(format!("{name} {:.0e}, overlap {:.3}", seen.momentum, seen.overlap));
+                    let Seen { momentum, energy, overlap, .. } = seen;
+                    drifts.push(format!("{name} {momentum:.0e}, energy {energy:+.0e}, overlap {overlap:.3}"));
                 }
                 let start = starts::fluid(variant.space, 100_000, packing, 3);
                 let model = Model { dt_s: what.way, response: variant.response, ..start.model };
@@ -393,7 +400,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Vec<Stu
             reference: format!(
                 "Henderson's equation of state, of the tutorial's response exact motion between the same walls; no error is \
                  given below its standard error, which is {:.1e} at the most, {:.1e} of the tutorial's; cost of 100 000 \
-                 disks; momentum lost, of the sum of its lengths, at 60 Hz: {}",
+                 disks; momentum lost, of the sum of its lengths, and energy, of the start's, less 1, at 60 Hz: {}",
                 doubts[0],
                 doubts[1],
                 drifts.join("; ")

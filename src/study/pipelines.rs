@@ -185,7 +185,8 @@ fn collisions(gpu: &Gpu) -> Result<()> {
     for space in [Space::Flat, Space::Solid] {
         let start = starts::seed(space, 100, Borders::Walls, 1);
         let matching = Response::Matching { rounds: 3, rewinds: true };
-        for response in [Response::Seed, Response::GaussSeidel, matching] {
+        let xpbd = Response::Xpbd { bounces: true };
+        for response in [Response::Seed, Response::GaussSeidel, matching, xpbd] {
             let model = Model { response, ..start.model };
             let state = disks::Sorted::new(gpu, &model, false, false)?.state(&model, &start.disks)?;
             if gpu.has_graphics() {

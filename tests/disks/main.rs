@@ -2,8 +2,10 @@
 //! Disks: every kernel against its f64 twin, the same bits on every run, and what holds of hard disks.
 #![allow(missing_docs)]
 
+mod borders;
 #[path = "../common/mod.rs"]
 mod common;
+mod xpbd;
 
 use common::{gpu, TestGpu};
 use glam::{dvec3, DVec3};
@@ -13,8 +15,14 @@ use whitecap::disks::{
 };
 
 const MATCHING: Response = Response::Matching { rounds: 3, rewinds: true };
-const RESPONSES: [Response; 4] =
-    [Response::Seed, Response::GaussSeidel, MATCHING, Response::Matching { rounds: 2, rewinds: false }];
+const RESPONSES: [Response; 6] = [
+    Response::Seed,
+    Response::GaussSeidel,
+    MATCHING,
+    Response::Matching { rounds: 2, rewinds: false },
+    Response::Xpbd { bounces: true },
+    Response::Xpbd { bounces: false },
+];
 const SPACES: [Space; 2] = [Space::Flat, Space::Solid];
 const BORDERS: [Borders; 2] = [Borders::Walls, Borders::Periodic];
 
@@ -278,7 +286,7 @@ fn exact_motion_has_the_pressure_of_henderson_and_collides_as_often_as_enskog_sa
         exact.run(60.0);
         exact.reset();
         exact.run(250.0);
-        let z = oracle::pressure_of_virial(&start.model, &exact.disks, exact.virial, 250.0);
+        let z = oracle::pressure_of_virial(oracle::energy(&start.model, &exact.disks), exact.virial, 250.0);
         let want = oracle::pressure(Space::Flat, packing);
         // 13 000 and 36 000 collisions, whose impulses scatter by two thirds of themselves; 200 disks are few.
         assert!((z / want - 1.0).abs() < 0.015, "{packing}: {z} is not {want}");
@@ -369,6 +377,18 @@ fn what_has_no_meaning_is_refused_with_what_is_allowed() {
         (refused(&|s| s.model.dt_s = 0.0), "dt_s = 0"),
         (refused(&|s| s.model.size_m.y = 0.0), "size_m"),
         (refused(&|s| s.model.gravity_mps2.y = f64::NAN), "gravity_mps2"),
+        (refused(&|s| s.model.gravity_mps2.y = 1e300), "below 1e9"),
+        (refused(&|s| s.model.gravity_mps2.z = 1.0), "0 along z of a flat box"),
+        (
+            refused(&|s| s.disks[1].velocity_mps.z = 1.0),
+            "z = 0 m, 1 m/s of disk 1: allowed is 0 in a flat box",
+        ),
+        (refused(&|s| s.disks[1].at_m.z = 0.5), "0 in a flat box"),
+        (refused(&|s| s.model.size_m.x = 1e6 * 9.0), "size_m"),
+        (
+            refused(&|s| (s.model.size_m.x, s.disks[2].radius_m) = (1e6, 0.05)),
+            "radius_m = 0.05 of disk 2: allowed is 1e-1 to",
+        ),
         (refused(&|s| s.model.response = Response::Matching { rounds: 0, rewinds: true }), "rounds = 0"),
     ] {
         assert!(text.contains(part), "{text:?} does not say {part:?}");
@@ -397,6 +417,7 @@ fn push_constants_are_what_the_shaders_say() {
     let want = [
         ("size_m", offset_of!(Params, size_m)),
         ("cells", offset_of!(Params, cells)),
+        ("cells_per_m", offset_of!(Params, cells_per_m)),
         ("gravity_mps2", offset_of!(Params, gravity_mps2)),
         ("stir_at_m", offset_of!(Params, stir_at_m)),
         ("stir_mps2", offset_of!(Params, stir_mps2)),
@@ -423,5 +444,5 @@ fn push_constants_are_what_the_shaders_say() {
         assert_eq!(members, want, "{name}");
         seen += 1;
     }
-    assert!(seen >= 18, "{seen} kernels");
+    assert!(seen >= 24, "{seen} kernels");
 }

@@ -23,7 +23,7 @@ pub const SUITE: Suite = Suite {
     run,
 };
 
-const VARIANTS: [&str; 10] = [
+const VARIANTS: [&str; 11] = [
     "list/seed",
     "sorted/seed",
     "sorted/gauss-seidel",
@@ -31,6 +31,7 @@ const VARIANTS: [&str; 10] = [
     "sorted/matching3",
     "sorted/matching8",
     "sorted/matching3/no-toi",
+    "sorted/xpbd",
     "sorted/seed/3d",
     "sorted/matching3/3d",
     "sorted/matching8/3d",

@@ -18,6 +18,7 @@ pub const SUITE: Suite = Suite {
     variants: &[
         "scan",
         "scan/shared",
+        "scan/clearing",
         "compact",
         "compact/shared",
         "sort",
@@ -30,7 +31,11 @@ pub const SUITE: Suite = Suite {
     run: |gpu, variant, size, effort| {
         let timing = time(gpu, variant, size, effort)?;
         // Read once and written once; of a compaction's values half are kept.
-        let bytes_per_item = if variant.starts_with("compact") { 10.0 } else { 8.0 };
+        let bytes_per_item = match variant {
+            "compact" | "compact/shared" => 10.0,
+            "scan/clearing" => 12.0, // and written again
+            _ => 8.0,
+        };
         Ok(Measured { timing, items: f64::from(size), unit: "element", bytes_per_item })
     },
 };
@@ -48,11 +53,14 @@ fn time(gpu: &Gpu, variant: &str, size: u32, effort: Effort) -> Result<Timing> {
     if variant.starts_with("scan") {
         let from = gpu.upload("bench.values", &values)?;
         let to = room("bench.scanned")?;
-        let scan = Scan::new(gpu, sums)?.bind(&from, &to)?;
+        let clears = variant.ends_with("/clearing"); // then it times zeros, which take as long
+        let scan =
+            if clears { Scan::clearing(gpu, sums)? } else { Scan::new(gpu, sums)? }.bind(&from, &to)?;
         gpu.once(|rec| scan.record(rec, size))?;
         let (want, total) = cpu::exclusive_scan(&values);
         if gpu.download::<u32>(scan.sums())?[ScanBound::total_at(size)] != total
             || gpu.download::<u32>(&to)? != want
+            || clears && gpu.download::<u32>(&from)?.iter().any(|&left| left != 0)
         {
             return Err(wrong(variant));
         }

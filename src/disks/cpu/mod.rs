@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! f64 twin of the kernels, pass by pass and in the same order: what `glsl/disks` says, to be read beside it.
 
+mod colored;
+
 use super::model::{Borders, Disk, Grid, Model, Response, Space, Stir};
 use glam::{DVec3, IVec3};
 
@@ -20,6 +22,7 @@ pub struct Disks {
     id: Vec<u32>,
     partner: Vec<u32>,
     start: Vec<usize>,
+    stirred_mps: f64,
     step: u32,
     /// By id: the step of the last hit, 0 for none.
     pub hit: Vec<u32>,
@@ -47,6 +50,7 @@ impl Disks {
         let mut order: Vec<u32> = (0..count as u32).collect();
         order.sort_by_key(|&i| disks[i as usize].radius_m <= grid.small_m); // large ones first
         Self {
+            stirred_mps: model.stirred_mps(disks),
             model,
             grid,
             disks: order.iter().map(|&i| disks[i as usize]).collect(),
@@ -80,7 +84,8 @@ impl Disks {
         self.sort();
         match self.model.response {
             Response::Seed => self.contacts(),
-            Response::GaussSeidel => self.sweep(),
+            Response::GaussSeidel => self.in_colors(Self::settle),
+            Response::Xpbd { bounces } => self.xpbd(bounces),
             Response::Matching { rounds, .. } => {
                 for round in 0..rounds {
                     self.propose(round == 0);
@@ -128,9 +133,14 @@ impl Disks {
     }
 
     /// Twin of `glsl/disks/neighbours.glsl`: calls `meet` with every disk that may touch disk `i`.
-    fn visit(&self, i: usize, mut meet: impl FnMut(usize)) {
+    fn visit(&self, i: usize, meet: impl FnMut(usize)) {
+        self.visit_from(i, self.disks[i].at_m, meet);
+    }
+
+    /// [`Disks::visit`], with disk `i` at `at`.
+    fn visit_from(&self, i: usize, at: DVec3, mut meet: impl FnMut(usize)) {
         (0..self.large()).filter(|&k| k != i).for_each(&mut meet);
-        self.visit_cells(i, self.cell(self.disks[i].at_m), meet);
+        self.visit_cells(i, self.cell(at), meet);
     }
 
     fn visit_cells(&self, i: usize, c: IVec3, mut meet: impl FnMut(usize)) {
@@ -163,7 +173,11 @@ impl Disks {
 
     /// Unit vector from disk `i` to disk `k`, and how far they are apart; where they coincide, an axis of their ids.
     fn way(&self, i: usize, k: usize) -> (DVec3, f64) {
-        let d = self.model.way(self.disks[i].at_m, self.disks[k].at_m);
+        self.axis(i, k, self.model.way(self.disks[i].at_m, self.disks[k].at_m))
+    }
+
+    /// The same of `d`, the way from one to the other.
+    fn axis(&self, i: usize, k: usize, d: DVec3) -> (DVec3, f64) {
         let far = d.length();
         if far > 1e-6 * (self.disks[i].radius_m + self.disks[k].radius_m) {
             return (d / far, far);
@@ -187,21 +201,24 @@ impl Disks {
         for (i, next) in next.iter_mut().enumerate() {
             match self.model.response {
                 Response::Seed => self.answer(i, next),
-                Response::GaussSeidel => {}
+                Response::GaussSeidel | Response::Xpbd { .. } => {}
                 Response::Matching { .. } => self.part(i, next),
             }
             let dt = self.model.dt_s;
             if let Some(stir) = stir {
-                let from = self.model.way(stir.at_m, next.at_m);
+                let middle = if self.model.space == Space::Flat { stir.at_m.with_z(0.0) } else { stir.at_m };
+                let from = self.model.way(middle, next.at_m);
                 let far = from.length();
                 if far < stir.radius_m && far > 0.0 {
+                    let most = self.stirred_mps.max(next.velocity_mps.length());
                     next.velocity_mps += from * (stir.push_mps2 * dt * (1.0 / far - 1.0 / stir.radius_m));
+                    next.velocity_mps *= (most / next.velocity_mps.length()).min(1.0);
                 }
             }
             next.at_m += next.velocity_mps * dt + self.model.gravity_mps2 * (0.5 * dt * dt);
             next.velocity_mps += self.model.gravity_mps2 * dt;
             let id = self.id[i] as usize;
-            self.wall[id] += self.model.space.mass(next.radius_m) * bounce(&self.model, next);
+            self.wall[id] += self.model.space.mass(next.radius_m) * meet_borders(&self.model, next);
         }
         self.disks = next;
     }
@@ -371,59 +388,15 @@ impl Disks {
             self.hit[self.id[disk] as usize] = self.step;
         }
     }
-
-    /// Twin of `glsl/disks/sweep.glsl`: one colour of cells after the other; large disks are of none, and come first.
-    fn sweep(&mut self) {
-        for i in 0..self.large() {
-            let mut near = Vec::new();
-            self.visit(i, |k| near.push(k));
-            near.into_iter().for_each(|k| self.settle(i, k));
-        }
-        let cells = self.grid.cells.as_ivec3();
-        let colors = if self.model.space == Space::Flat { 9 } else { 27 };
-        for color in 0..colors {
-            let of = IVec3::new(color % 3, color / 3 % 3, color / 9);
-            for z in (of.z..cells.z).step_by(3) {
-                for y in (of.y..cells.y).step_by(3) {
-                    for x in (of.x..cells.x).step_by(3) {
-                        let cell = IVec3::new(x, y, z);
-                        let c = self.index(cell);
-                        for i in self.start[c]..self.start[c + 1] {
-                            let mut near = Vec::new();
-                            self.visit_cells(i, cell, |k| near.push(k));
-                            near.into_iter().for_each(|k| self.settle(i, k));
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// One contact: an impulse if they come nearer, then out of the overlap.
-    fn settle(&mut self, i: usize, k: usize) {
-        let (n, far) = self.way(i, k);
-        let reach = self.disks[i].radius_m + self.disks[k].radius_m;
-        if far >= reach {
-            return;
-        }
-        if n.dot(self.disks[k].velocity_mps - self.disks[i].velocity_mps) < 0.0 {
-            self.strike(i, k, &Contact { ago_s: 0.0, normal: n });
-        }
-        let (m, other) = (self.mass(i), self.mass(k));
-        let apart = n * ((reach - far) / (m + other));
-        self.disks[i].at_m -= apart * other;
-        self.disks[k].at_m += apart * m;
-    }
 }
 
 /// Part of an overlap that a step takes away. All pairs at once push too far, from 2/3 on in a dense layer, from 1/2 on in
 /// dense spheres (the Laplacian of their contacts has eigenvalues up to 3 and 4).
 const RELAX: f64 = 0.5;
 
-/// Twin of `bounce` in `glsl/disks/travel.glsl`: mirrors at the walls, or goes round; returns the change of speed there
-/// (m/s).
-fn bounce(model: &Model, disk: &mut Disk) -> f64 {
-    let mut kick = 0.0;
+/// Twin of `between_walls` in `glsl/disks/walls.glsl`, or goes round; returns the change of speed at walls (m/s).
+fn meet_borders(model: &Model, disk: &mut Disk) -> f64 {
+    let mut change = 0.0;
     for axis in 0..model.space.dimensions() as usize {
         let size = model.size_m[axis];
         let (at, velocity) = (&mut disk.at_m[axis], &mut disk.velocity_mps[axis]);
@@ -433,14 +406,50 @@ fn bounce(model: &Model, disk: &mut Disk) -> f64 {
         }
         let (low, high) = (disk.radius_m, size - disk.radius_m);
         if *at < low {
-            *at = (2.0 * low - *at).min(high);
-            kick += 2.0 * (-*velocity).max(0.0);
-            *velocity = velocity.abs();
+            let bounced = bounce(*at - low, *velocity, model.gravity_mps2[axis]);
+            *at = (low + bounced.inside_m).min(high);
+            *velocity = bounced.speed_mps;
+            change += bounced.change_mps;
         } else if *at > high {
-            *at = (2.0 * high - *at).max(low);
-            kick += 2.0 * velocity.max(0.0);
-            *velocity = -velocity.abs();
+            let bounced = bounce(high - *at, -*velocity, -model.gravity_mps2[axis]);
+            *at = (high - bounced.inside_m).max(low);
+            *velocity = -bounced.speed_mps;
+            change += bounced.change_mps;
         }
     }
-    kick
+    change
+}
+
+/// What a wall did.
+struct Bounced {
+    /// How far from it (m).
+    inside_m: f64,
+    /// Inwards (m/s).
+    speed_mps: f64,
+    /// Of speed, at the wall (m/s).
+    change_mps: f64,
+}
+
+/// Twin of `bounce` in `glsl/disks/walls.glsl`.
+fn bounce(y: f64, v: f64, pull: f64) -> Bounced {
+    if pull == 0.0 {
+        return Bounced { inside_m: -y, speed_mps: v.abs(), change_mps: 2.0 * (-v).max(0.0) };
+    }
+    let speed = (v * v - 2.0 * pull * y).max(0.0).sqrt();
+    let (mut since_s, mut change) = (0.0, (speed - v).max(0.0));
+    if v < 0.0 && speed > 0.0 {
+        since_s = -2.0 * y / (speed - v);
+        change = 2.0 * speed;
+        if pull < 0.0 {
+            let turn_s = -2.0 * speed / pull;
+            let turns = (since_s / turn_s).floor();
+            since_s = (since_s - turns * turn_s).clamp(0.0, turn_s);
+            change += turns * change;
+        }
+    }
+    Bounced {
+        inside_m: ((speed + 0.5 * pull * since_s) * since_s).max(0.0),
+        speed_mps: speed + pull * since_s,
+        change_mps: change,
+    }
 }

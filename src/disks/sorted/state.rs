@@ -1,32 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `sorted`: disks kept in the order of cells. Reads `glsl/disks/{travel,slot,gather,...}`.
+//! A box of sorted disks on the GPU: its buffers, its steps, and what can be read back.
 
-use super::{spread, Borders, Disk, Error, Grid, Model, Params, Response, Space, Stir};
+use super::{
+    passes::{responding, Pass, GATHER, SLOT, TRAVEL},
+    Sorted,
+};
 use crate::{
-    gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource, Result},
-    prims::{Scan, ScanBound, Sums, TILE},
-    shaders,
+    disks::{cpu::NONE, spread, Disk, Error, Grid, Model, Params, Response, Space, Stir},
+    gpu::{Access, Bound, Buffer, Gpu, Kernel, Recorder, Residence, Resource, Result},
+    prims::{ScanBound, TILE},
 };
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::ffi::CStr;
 
 /// `p.color` of the dispatch that has the contacts of large disks.
 const LARGE_ONES: u32 = u32::MAX;
 
-/// The kernels of a response. They hold no box, so one set steps any number of them.
-pub struct Sorted {
-    travel: Kernel,
-    scan: Scan,
-    slot: Kernel,
-    gather: Kernel,
-    respond: Vec<Kernel>,
-    group: u32,
-    space: Space,
-    borders: Borders,
-    response: Response,
-    measures: bool,
-    has_large: bool,
-    gpu: Gpu,
-}
+/// Ids lie among floats, with this bit: `glsl/disks/id.glsl`.
+const ID_BIT: u32 = 0x4000_0000;
 
 /// What binds to the kernels, by block.
 struct Buffers {
@@ -63,8 +54,8 @@ impl Buffers {
         (block, buffer.into())
     }
 
-    fn bind(&self, kernel: &Kernel, blocks: &[&'static str]) -> Result<Bound> {
-        let used: Vec<_> = blocks.iter().map(|block| self.of(block)).collect();
+    fn bind(&self, kernel: &Kernel, pass: &Pass) -> Result<Bound> {
+        let used: Vec<_> = pass.blocks.iter().map(|block| self.of(block)).collect();
         kernel.bind(&used)
     }
 
@@ -86,151 +77,33 @@ impl Buffers {
     }
 }
 
-const TRAVEL: &[&str] =
-    &["Place", "Motion", "Start", "Partner", "Wake", "NewPlace", "NewMotion", "Key", "Count", "Impulse"];
-const SLOT: &[&str] = &["Key", "Start", "Slot"];
-const GATHER: &[&str] = &["Slot", "Start", "NewPlace", "NewMotion", "Place", "Motion"];
-const CONTACTS: &[&str] = &["Place", "Start", "Partner", "Hit"];
-const CONTACTS_SOLID: &[&str] = &["Place", "Start", "Partner", "Hit", "Motion"];
-const PROPOSE: &[&str] = &["Place", "Motion", "Start", "Partner", "Wake"];
-const COLLIDE: &[&str] = &["Place", "Motion", "Start", "Partner", "Wake", "Hit", "Impulse"];
-const SWEEP: &[&str] = &["Place", "Motion", "Start", "Hit", "Impulse"];
-
-fn respond_blocks(space: Space, response: Response) -> &'static [&'static [&'static str]] {
-    match response {
-        Response::Seed if space == Space::Flat => &[CONTACTS],
-        Response::Seed => &[CONTACTS_SOLID],
-        Response::GaussSeidel => &[SWEEP],
-        Response::Matching { .. } => &[PROPOSE, COLLIDE],
-    }
+/// A box on the GPU.
+pub struct SortedState {
+    travel: Bound,
+    scan: ScanBound,
+    slot: Bound,
+    gather: Bound,
+    respond: Vec<Bound>,
+    buffers: Buffers,
+    params: Params,
+    group: u32,
+    space: Space,
+    response: Response,
+    cells: u32,
 }
 
-impl Sorted {
-    /// What the state must be visible to before [`SortedState::record`].
-    pub const ENTRY: Access = Access::ComputeReadWrite;
-    /// How [`SortedState::record`] touched it last.
-    pub const EXIT: Access = Access::ComputeReadWrite;
-
-    /// For boxes like that of `model`. `has_large` says whether they may hold disks wider than a cell, `measures` whether
-    /// impulses are summed, for pressures.
-    ///
-    /// # Errors
-    /// If the device does not take the kernels.
-    pub fn new(gpu: &Gpu, model: &Model, has_large: bool, measures: bool) -> Result<Self> {
-        // 64, 128 and 256 are within 15 % of each other on an H100, and 256 the fastest but once (docs/disks.md).
-        Self::tuned(gpu, model, has_large, measures, 256)
-    }
-
-    /// [`Sorted::new`] with workgroups of so many invocations: it changes no bit.
-    ///
-    /// # Errors
-    /// If the device does not take the kernels.
-    pub fn tuned(gpu: &Gpu, model: &Model, has_large: bool, measures: bool, group: u32) -> Result<Self> {
-        let is_flat = model.space == Space::Flat;
-        let (periodic, large, measured) =
-            (u32::from(model.borders == Borders::Periodic), u32::from(has_large), u32::from(measures));
-        let kernel = |flat, solid, flat_spv, solid_spv, blocks, constants: &[u32]| {
-            let (name, spv) = if is_flat { (flat, flat_spv) } else { (solid, solid_spv) };
-            let mut all = vec![group];
-            all.extend(constants);
-            Kernel::new::<Params>(gpu, &KernelInfo { name, spv, blocks, constants: &all })
-        };
-        let response = match model.response {
-            Response::Seed => 0,
-            Response::GaussSeidel => 1,
-            Response::Matching { .. } => 2,
-        };
-        let respond = match model.response {
-            Response::Seed => vec![kernel(
-                c"disks.contacts",
-                c"disks.contacts_solid",
-                shaders::DISKS_CONTACTS_COMP,
-                shaders::DISKS_CONTACTS_SOLID_COMP,
-                respond_blocks(model.space, model.response)[0],
-                &[periodic, large],
-            )?],
-            Response::GaussSeidel => vec![kernel(
-                c"disks.sweep",
-                c"disks.sweep_solid",
-                shaders::DISKS_SWEEP_COMP,
-                shaders::DISKS_SWEEP_SOLID_COMP,
-                SWEEP,
-                &[periodic, large, measured],
-            )?],
-            Response::Matching { rewinds, .. } => vec![
-                kernel(
-                    c"disks.propose",
-                    c"disks.propose_solid",
-                    shaders::DISKS_PROPOSE_COMP,
-                    shaders::DISKS_PROPOSE_SOLID_COMP,
-                    PROPOSE,
-                    &[periodic, large, u32::from(rewinds)],
-                )?,
-                kernel(
-                    c"disks.collide",
-                    c"disks.collide_solid",
-                    shaders::DISKS_COLLIDE_COMP,
-                    shaders::DISKS_COLLIDE_SOLID_COMP,
-                    COLLIDE,
-                    &[periodic, large, u32::from(rewinds), measured],
-                )?,
-            ],
-        };
-        Ok(Self {
-            travel: kernel(
-                c"disks.travel",
-                c"disks.travel_solid",
-                shaders::DISKS_TRAVEL_COMP,
-                shaders::DISKS_TRAVEL_SOLID_COMP,
-                TRAVEL,
-                &[periodic, large, response, measured],
-            )?,
-            scan: Scan::clearing(gpu, Sums::for_device(gpu))?,
-            slot: kernel(
-                c"disks.slot",
-                c"disks.slot_solid",
-                shaders::DISKS_SLOT_COMP,
-                shaders::DISKS_SLOT_SOLID_COMP,
-                SLOT,
-                &[],
-            )?,
-            gather: kernel(
-                c"disks.gather",
-                c"disks.gather_solid",
-                shaders::DISKS_GATHER_COMP,
-                shaders::DISKS_GATHER_SOLID_COMP,
-                GATHER,
-                &[],
-            )?,
-            respond,
-            group,
-            space: model.space,
-            borders: model.borders,
-            response: model.response,
-            measures,
-            has_large,
-            gpu: gpu.clone(),
-        })
-    }
-
-    /// A box at its start.
-    ///
-    /// # Errors
-    /// Bad input, or the device's.
-    ///
-    /// # Panics
-    /// If the kernels are of another space, other borders or another response, or without large disks where there are
-    /// some.
-    pub fn state(&self, model: &Model, disks: &[Disk]) -> Result<SortedState, Error> {
+impl SortedState {
+    /// [`Sorted::state`].
+    pub(super) fn new(kernels: &Sorted, model: &Model, disks: &[Disk]) -> Result<Self, Error> {
         assert_eq!(
             (model.space, model.borders, model.response),
-            (self.space, self.borders, self.response),
+            (kernels.space, kernels.borders, kernels.response),
             "the kernels are of another model"
         );
         model.check(disks)?;
         let grid = Grid::of(model, disks.iter().map(|disk| disk.radius_m));
-        assert!(self.has_large || grid.large == 0, "{} disks are wider than a cell", grid.large);
-        let (gpu, count) = (&self.gpu, disks.len());
+        assert!(kernels.has_large || grid.large == 0, "{} disks are wider than two cells", grid.large);
+        let (gpu, count) = (&kernels.gpu, disks.len());
         let mut order: Vec<u32> = (0..count as u32).collect();
         if grid.large > 0 {
             order.sort_by_key(|&i| disks[i as usize].radius_m <= grid.small_m); // large ones first
@@ -252,56 +125,43 @@ impl Sorted {
             partner: words("disks.partner", count)?,
             wake: words("disks.wake", count)?,
             hit: words("disks.hit", count)?,
-            impulse: words("disks.impulse", if self.measures { 2 * count } else { 2 })?,
+            impulse: words("disks.impulse", if kernels.measures { 2 * count } else { 2 })?,
         };
         gpu.once(|rec| {
             for buffer in [&buffers.count, &buffers.start, &buffers.wake, &buffers.hit, &buffers.impulse] {
                 rec.fill(buffer, 0);
             }
-            rec.fill(&buffers.partner, super::cpu::NONE);
-            rec.barrier(Access::FillWrite, Self::ENTRY);
+            rec.fill(&buffers.partner, NONE);
+            rec.barrier(Access::FillWrite, Sorted::ENTRY);
         })?;
-        let respond = self.respond.iter().zip(respond_blocks(self.space, self.response));
-        Ok(SortedState {
-            travel: buffers.bind(&self.travel, TRAVEL)?,
-            scan: self.scan.bind(&buffers.count, &buffers.start)?,
-            slot: buffers.bind(&self.slot, SLOT)?,
-            gather: buffers.bind(&self.gather, GATHER)?,
-            respond: respond.map(|(kernel, blocks)| buffers.bind(kernel, blocks)).collect::<Result<_>>()?,
-            params: Params::new(model, &grid, count),
-            group: self.group,
-            space: self.space,
-            response: self.response,
+        let respond = kernels.respond.iter().zip(responding(kernels.space, kernels.response));
+        Ok(Self {
+            travel: buffers.bind(&kernels.travel, &TRAVEL)?,
+            scan: kernels.scan.bind(&buffers.count, &buffers.start)?,
+            slot: buffers.bind(&kernels.slot, &SLOT)?,
+            gather: buffers.bind(&kernels.gather, &GATHER)?,
+            respond: respond.map(|(kernel, pass)| buffers.bind(kernel, pass)).collect::<Result<_>>()?,
+            params: Params::new(model, &grid, disks),
+            group: kernels.group,
+            space: kernels.space,
+            response: kernels.response,
             cells: cells as u32,
             buffers,
         })
     }
-}
 
-/// A box on the GPU.
-pub struct SortedState {
-    travel: Bound,
-    scan: ScanBound,
-    slot: Bound,
-    gather: Bound,
-    respond: Vec<Bound>,
-    buffers: Buffers,
-    params: Params,
-    group: u32,
-    space: Space,
-    response: Response,
-    cells: u32,
-}
-
-impl SortedState {
     /// Records one step. Submits nothing, waits for nothing, allocates nothing. The barriers from and to the rest of the
     /// frame are the caller's: from [`Sorted::EXIT`] to [`Sorted::ENTRY`] where another step follows.
     pub fn record(&mut self, rec: &mut Recorder<'_>) {
         self.record_stirred(rec, None);
     }
 
-    /// One step in which a point pushes.
+    /// One step in which a point pushes, no disk beyond [`Model::stirred_mps`].
+    ///
+    /// # Panics
+    /// If a number of `stir` is none.
     pub fn record_stirred(&mut self, rec: &mut Recorder<'_>, stir: Option<&Stir>) {
+        stir.into_iter().for_each(Stir::assert_finite);
         self.params.step += 1;
         let p = self.params.stirred(stir);
         let all = spread(u64::from(p.disks), self.group);
@@ -317,20 +177,22 @@ impl SortedState {
         between(rec);
         match self.response {
             Response::Seed => rec.span(c"disks.contacts", |rec| rec.dispatch(&self.respond[0], all, &p)),
-            Response::GaussSeidel => rec.span(c"disks.sweep", |rec| {
-                if p.large > 0 {
-                    rec.dispatch(&self.respond[0], [1, 1, 1], &Params { color: LARGE_ONES, ..p });
+            Response::GaussSeidel => self.record_colors(rec, c"disks.sweep", &self.respond[0], &p),
+            Response::Xpbd { bounces } => {
+                // What the pushes start from; `new_place` is free once it is gathered.
+                rec.barrier(Access::ComputeReadWrite, Access::CopyRead);
+                rec.barrier(Access::ComputeReadWrite, Access::CopyWrite);
+                rec.span(c"disks.keep", |rec| rec.copy(&self.buffers.place, &self.buffers.new_place));
+                rec.barrier(Access::CopyRead, Access::ComputeReadWrite);
+                rec.barrier(Access::CopyWrite, Access::ComputeReadWrite);
+                self.record_colors(rec, c"disks.xpbd_part", &self.respond[0], &p);
+                between(rec);
+                rec.span(c"disks.xpbd_derive", |rec| rec.dispatch(&self.respond[1], all, &p));
+                if bounces {
                     between(rec);
+                    self.record_colors(rec, c"disks.xpbd_bounce", &self.respond[2], &p);
                 }
-                let colors = if self.space == Space::Flat { 9 } else { 27 };
-                for color in 0..colors {
-                    if color > 0 {
-                        between(rec);
-                    }
-                    let [x, y, z, _] = p.cells.map(|n| u64::from(n.div_ceil(3)));
-                    rec.dispatch(&self.respond[0], spread(x * y * z, self.group), &Params { color, ..p });
-                }
-            }),
+            }
             Response::Matching { rounds, .. } => {
                 for round in 0..rounds {
                     if round > 0 {
@@ -343,6 +205,25 @@ impl SortedState {
                 }
             }
         }
+    }
+
+    /// The contacts of large disks, then one colour of cells after the other: `glsl/disks/colors.glsl`.
+    fn record_colors(&self, rec: &mut Recorder<'_>, name: &'static CStr, pass: &Bound, p: &Params) {
+        let colors = if self.space == Space::Flat { 9 } else { 27 };
+        let [x, y, z, _] = p.cells.map(|n| u64::from(n.div_ceil(3)));
+        let cells = spread(x * y * z, self.group);
+        rec.span(name, |rec| {
+            if p.large > 0 {
+                rec.dispatch(pass, [1, 1, 1], &Params { color: LARGE_ONES, ..*p });
+                rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+            }
+            for color in 0..colors {
+                if color > 0 {
+                    rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+                }
+                rec.dispatch(pass, cells, &Params { color, ..*p });
+            }
+        });
     }
 
     /// Flat: x, y, radius, id; solid: x, y, z, radius (m).
@@ -392,7 +273,7 @@ impl SortedState {
             Space::Flat => {
                 let motion: Vec<Vec2> = gpu.download(&self.buffers.motion)?;
                 for (place, velocity) in place.iter().zip(motion) {
-                    disks[place.w.to_bits() as usize] = Disk {
+                    disks[id_of(place.w)] = Disk {
                         at_m: DVec3::new(place.x.into(), place.y.into(), 0.0),
                         velocity_mps: DVec3::from((velocity.as_dvec2(), 0.0)),
                         radius_m: place.z.into(),
@@ -402,7 +283,7 @@ impl SortedState {
             Space::Solid => {
                 let motion: Vec<Vec4> = gpu.download(&self.buffers.motion)?;
                 for (place, motion) in place.iter().zip(motion) {
-                    disks[motion.w.to_bits() as usize] = Disk {
+                    disks[id_of(motion.w)] = Disk {
                         at_m: Vec3::from_slice(&place.to_array()).as_dvec3(),
                         velocity_mps: Vec3::from_slice(&motion.to_array()).as_dvec3(),
                         radius_m: place.w.into(),
@@ -476,12 +357,16 @@ impl SortedState {
     }
 }
 
+fn id_of(word: f32) -> usize {
+    (word.to_bits() & !ID_BIT) as usize
+}
+
 /// Ids and disks as `place_m` and `motion` have them.
 fn pack<'a>(space: Space, disks: impl Iterator<Item = (u32, &'a Disk)>) -> (Vec<f32>, Vec<f32>) {
     let (mut place, mut motion) = (Vec::new(), Vec::new());
     for (id, disk) in disks {
         let (at, velocity) = (disk.at_m.as_vec3(), disk.velocity_mps.as_vec3());
-        let (radius, id) = (disk.radius_m as f32, f32::from_bits(id));
+        let (radius, id) = (disk.radius_m as f32, f32::from_bits(id | ID_BIT));
         match space {
             Space::Flat => {
                 place.extend([at.x, at.y, radius, id]);

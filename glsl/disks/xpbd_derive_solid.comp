@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+
+// disks/xpbd_derive.glsl, of spheres.
+#define DIMENSIONS 3
+#include "disks/xpbd_derive.glsl"
