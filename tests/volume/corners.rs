@@ -4,12 +4,16 @@
 
 use super::*;
 use common::gpu;
+use glam::dvec3;
 use whitecap::{
     particles::{
         colliding::{Colliding, Method},
         Particle,
     },
-    study::arena::Arena,
+    study::{
+        arena::Arena,
+        host_cells::{self, cuboid, fill, Triangle},
+    },
 };
 
 /// Half of what the walls are thick: an eighth of a cell in all (m).
@@ -28,6 +32,35 @@ fn room() -> Vec<Body> {
         Body { mesh: shapes::cuboid(half), world, moves: false }
     };
     (0..3).flat_map(|axis| [plate(axis, -1.0), plate(axis, 1.0)]).collect()
+}
+
+#[test]
+fn cells_that_are_filled_on_the_host_hold_the_planes_that_the_kernels_keep() {
+    let gpu = gpu();
+    // A thin wall on a floor, a box that is turned, and a room: backs, corners, and what is parallel.
+    let mut triangles = cuboid(dvec3(-0.4, 0.3, -1.1), dvec3(0.9, 1.5, 0.1), true);
+    triangles.extend(cuboid(dvec3(0.11, 0.3, -1.0), dvec3(0.117, 0.9, -0.1), false));
+    let turn = glam::DQuat::from_rotation_y(0.4) * glam::DQuat::from_rotation_x(0.3);
+    triangles.extend(
+        cuboid(dvec3(-0.1, -0.1, -0.1), dvec3(0.12, 0.05, 0.14), false)
+            .into_iter()
+            .map(|it| Triangle { corners_m: it.corners_m.map(|at| turn * at + dvec3(0.5, 0.8, -0.5)), ..it }),
+    );
+    let grid = grid(21, 0.0713);
+    let filled = fill(&grid, &triangles);
+    let (kept, _) = conservative(&gpu, grid, &[still(host_cells::mesh("host", &triangles).unwrap())]);
+    let (mut cells, mut seconds) = (0, 0);
+    for i in kept.marked() {
+        cells += 1;
+        let numbers = |read: &Read| read.planes_of(i).iter().map(|it| it.triangle).collect::<Vec<_>>();
+        let (got, want) = (numbers(&filled), numbers(&kept));
+        seconds += want.len() - 1;
+        // Two triangles of a side are one plane.
+        let sides = |numbers: &[u32]| numbers.iter().map(|t| (t - 1) / 2).collect::<Vec<_>>();
+        assert_eq!(sides(&got), sides(&want), "cell {}", grid.cell(i));
+    }
+    assert_eq!(filled.marked(), kept.marked());
+    assert!(cells > 500 && seconds > 50, "{cells} cells, {seconds} with a second plane");
 }
 
 #[test]
