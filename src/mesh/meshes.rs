@@ -65,7 +65,7 @@ impl Meshes {
     /// Poses those that do not move. Submits, and waits.
     ///
     /// # Errors
-    /// [`Mesh::check`]'s, by name of the mesh; too many triangles or vertices; the device's.
+    /// [`Mesh::check`]'s, by name of the mesh; a place that is not finite; too many triangles or vertices; the device's.
     pub fn new(gpu: &Gpu, bodies: &[Body]) -> Result<Self, MeshesError> {
         let (mut rest, mut corners, mut uvs, mut parts) =
             (Vec::new(), Vec::<[u32; 3]>::new(), Vec::<Vec2>::new(), Vec::<Part>::new());
@@ -73,6 +73,10 @@ impl Meshes {
         for body in bodies {
             let mesh = &body.mesh;
             mesh.check()?;
+            if !body.world.is_finite() {
+                let what = format!("its place in the world is {}; allowed: finite", body.world);
+                return Err(MeshError { name: mesh.name.clone(), what }.into());
+            }
             let (vertex, triangle) = (uvs.len(), corners.len());
             if vertex + mesh.at_m.len() > MOST_OF_ALL || triangle + mesh.triangles.len() > MOST_OF_ALL {
                 let what =
@@ -104,46 +108,28 @@ impl Meshes {
         let uvs = gpu.upload("meshes.uvs", &uvs)?;
         let bound = Pose::new(gpu)?.bind(&rest, &matrices, &places)?;
         let meshes = Self { bodies: bodies.to_vec(), parts, places, triangles, uvs, rest, matrices, bound };
-        let mut posed = Ok(());
         gpu.once(|rec| {
-            posed = meshes.pose(rec, false, 0.0, 0.0, &[]);
+            meshes.pose(rec, false, 0.0, 0.0, &[]);
             for reader in [Access::ComputeReadWrite, Access::GraphicsRead] {
                 rec.barrier(Self::EXIT, reader);
             }
         })?;
-        posed?;
         Ok(meshes)
     }
 
     /// Poses those that move, as they are at `time_s`, with the velocities of the step of `dt_s` before. `worlds` has for each
     /// mesh of the scene where it is now, and where it was a step before; empty, if all stay where they were put.
     ///
-    /// # Errors
-    /// None so far: the matrices travel with the commands.
-    ///
     /// # Panics
-    /// If `worlds` is neither empty nor one for each mesh.
-    pub fn record(
-        &self,
-        rec: &mut Recorder<'_>,
-        time_s: f64,
-        dt_s: f64,
-        worlds: &[[Mat4; 2]],
-    ) -> gpu::Result<()> {
-        self.pose(rec, true, time_s, dt_s, worlds)
+    /// If `worlds` is neither empty nor one for each mesh, or a matrix comes out that is not finite.
+    pub fn record(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) {
+        self.pose(rec, true, time_s, dt_s, worlds);
     }
 
-    fn pose(
-        &self,
-        rec: &mut Recorder<'_>,
-        moving: bool,
-        time_s: f64,
-        dt_s: f64,
-        worlds: &[[Mat4; 2]],
-    ) -> gpu::Result<()> {
+    fn pose(&self, rec: &mut Recorder<'_>, moving: bool, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) {
         assert!(worlds.is_empty() || worlds.len() == self.bodies.len(), "{} places of meshes", worlds.len());
         if self.parts.iter().all(|part| part.moves != moving) {
-            return Ok(());
+            return;
         }
         let mut rates = Vec::new();
         let mut rows = Vec::new();
@@ -151,6 +137,11 @@ impl Meshes {
             let [world, before] = worlds.get(i).copied().unwrap_or([body.world; 2]);
             // The others' are not read: they are there because the whole buffer is written.
             let (own, rate_per_s) = body.mesh.rig.matrices_at(time_s, dt_s, world, before);
+            assert!(
+                own.as_flattened().iter().chain([&rate_per_s]).all(|x| x.is_finite()),
+                "mesh `{}`: a pose at {time_s} s, after a step of {dt_s} s, is not finite",
+                body.mesh.name
+            );
             rates.push(if moving { rate_per_s } else { 0.0 });
             rows.extend(own);
         }
@@ -169,7 +160,6 @@ impl Meshes {
                 rec.dispatch(&self.bound, [params.vertices, 1, 1], &params);
             }
         });
-        Ok(())
     }
 
     /// For each vertex place (m) and velocity (m/s), six `f32`: `Places`.
