@@ -59,7 +59,7 @@ pub use measured::Measured;
 pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
 pub use motion::{Key, Motion};
 pub use node::Override;
-pub use paint::{PaintPlan, PaintScene, Painter};
+pub use paint::{PaintPlan, PaintScene, PaintedBy, Painter};
 pub use parameter::{Given, Parameter, Takes};
 pub(crate) use particles::MOST_CENTRES;
 pub use particles::{Attractor, Draw, EffectScene, EmitterScene, LawScene, Throws};
