@@ -12,7 +12,7 @@ use std::{
 };
 use whitecap::{
     gpu::reflect::reflect,
-    mesh::{cpu, shapes, walls, walls::Side, Body, Curve, Mesh, Meshes, Pose, PoseParams, Track, Value},
+    mesh::{cpu, shapes, walls, walls::Side, Curve, Mesh, Pose, PoseParams, Track, Value},
     random, shaders,
 };
 
@@ -442,23 +442,6 @@ fn what_overflows_between_its_keys_is_refused() {
         said.starts_with("box: its joints take it ") && said.ends_with("allowed: within 200000 m"),
         "{said}"
     );
-}
-
-#[test]
-fn a_place_that_is_not_finite_is_refused_by_name() {
-    let gpu = gpu();
-    let world = Mat4::from_translation(vec3(0.0, f32::NAN, 0.0));
-    let body = |world| Body { mesh: shapes::cuboid(Vec3::ONE), world, moves: true };
-    let said = Meshes::new(&gpu, &[body(world)]).err().unwrap().to_string();
-    assert!(
-        said.starts_with("box: its place in the world is ") && said.ends_with("allowed: finite"),
-        "{said}"
-    );
-    let meshes = Meshes::new(&gpu, &[body(Mat4::IDENTITY)]).unwrap();
-    let record = || gpu.once(|rec| meshes.record(rec, 0.5, 0.1, &[[world, Mat4::IDENTITY]]));
-    let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(record)).unwrap_err();
-    let said = panic.downcast_ref::<String>().unwrap();
-    assert_eq!(said, "mesh `box`: a pose at 0.5 s, after a step of 0.1 s, is not finite");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
     );
     one(
         &format!("{BLOCK}paints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\nfrom = 'balls'"),
-        "paint.from is \"balls\"; allowed: \"impacts\" or \"particles\"",
+        "paint.from is 'balls'; allowed: \"impacts\" or \"particles\"",
     );
     one(&format!("[output]\nview = 'voxels'\n{BLOCK}"), "has a view of [volume], and the scene has none");
 }

@@ -65,7 +65,7 @@ impl Meshes {
     /// Poses those that do not move. Submits, and waits.
     ///
     /// # Errors
-    /// [`Mesh::check`]'s, by name of the mesh; a place that is not finite; too many triangles or vertices; the device's.
+    /// [`Mesh::check`]'s, by name of the mesh; too many triangles or vertices; the device's.
     pub fn new(gpu: &Gpu, bodies: &[Body]) -> Result<Self, MeshesError> {
         let (mut rest, mut corners, mut uvs, mut parts) =
             (Vec::new(), Vec::<[u32; 3]>::new(), Vec::<Vec2>::new(), Vec::<Part>::new());
@@ -73,10 +73,6 @@ impl Meshes {
         for body in bodies {
             let mesh = &body.mesh;
             mesh.check()?;
-            if !body.world.is_finite() {
-                let what = format!("its place in the world is {}; allowed: finite", body.world);
-                return Err(MeshError { name: mesh.name.clone(), what }.into());
-            }
             let (vertex, triangle) = (uvs.len(), corners.len());
             if vertex + mesh.at_m.len() > MOST_OF_ALL || triangle + mesh.triangles.len() > MOST_OF_ALL {
                 let what =
@@ -121,7 +117,7 @@ impl Meshes {
     /// mesh of the scene where it is now, and where it was a step before; empty, if all stay where they were put.
     ///
     /// # Panics
-    /// If `worlds` is neither empty nor one for each mesh, or a matrix comes out that is not finite.
+    /// If `worlds` is neither empty nor one for each mesh.
     pub fn record(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) {
         self.pose(rec, true, time_s, dt_s, worlds);
     }
@@ -137,11 +133,6 @@ impl Meshes {
             let [world, before] = worlds.get(i).copied().unwrap_or([body.world; 2]);
             // The others' are not read: they are there because the whole buffer is written.
             let (own, rate_per_s) = body.mesh.rig.matrices_at(time_s, dt_s, world, before);
-            assert!(
-                own.as_flattened().iter().chain([&rate_per_s]).all(|x| x.is_finite()),
-                "mesh `{}`: a pose at {time_s} s, after a step of {dt_s} s, is not finite",
-                body.mesh.name
-            );
             rates.push(if moving { rate_per_s } else { 0.0 });
             rows.extend(own);
         }
