@@ -175,7 +175,7 @@ fn the_gutter_holds_the_nearest_point_of_the_mesh() {
 fn what_is_painted_is_counted_without_the_gutter_and_what_is_nowhere_is_counted_too() {
     let gpu = gpu();
     let (block, ball) = (block(), shapes::sphere(0.4, 24));
-    let mut scene = Scene::new(&gpu, &[(&block, UVec2::splat(96)), (&ball, UVec2::splat(70))]);
+    let mut scene = Scene::new(&gpu, &[(&block, UVec2::splat(61)), (&ball, UVec2::splat(70))]);
     // A corner of the block is nowhere, and the ball has no corner that is.
     scene.places[2].y = f32::NAN;
     scene.places[7].x = f32::NEG_INFINITY;
