@@ -14,9 +14,6 @@ void visit_columns(uint t) {
         cell[u] += int(column % wide);
         cell[v] += int(column / wide);
         vec3 from_a = vec3(cell) + 0.5 - tri_a;
-        // Half of the columns of its box have nothing of it. Asked once for all cells of a column, and a little wider.
-        vec2 a = -vec2(from_a[u], from_a[v]), b = a + vec2(tri_ab[u], tri_ab[v]), c = a + vec2(tri_ac[u], tri_ac[v]);
-        if (!overlaps_flat(a, b, c, 0.5 + 2.0 * tri_slack)) continue;
         float plane = tri_a[w] - (tri_normal[u] * from_a[u] + tri_normal[v] * from_a[v]) / tri_normal[w];
         float low = float(tri_low[w]), high = float(tri_high[w]);
         int from = int(clamp(ceil(plane - rise) - 1.0, low, high + 1.0)), to = int(clamp(floor(plane + rise), low - 1.0, high));
