@@ -283,6 +283,13 @@ fn damaged_files_never_panic() {
     );
 }
 
+/// Where the first corner of a mesh is, and its velocity, at the end of a step.
+fn first_corner(mesh: &Mesh, time_s: f64, dt_s: f64) -> (Vec3, Vec3) {
+    let (from, to, rate) = mesh.rig.velocity_window(time_s, dt_s);
+    let rig = &mesh.rig;
+    cpu::pose(mesh, &rig.pose(time_s), &rig.pose_within(from), &rig.pose_within(to), rate)[0]
+}
+
 #[test]
 fn velocities_are_finite_at_the_start_the_seam_and_without_time() {
     let mut mesh = shapes::cuboid(Vec3::ONE);
@@ -291,29 +298,151 @@ fn velocities_are_finite_at_the_start_the_seam_and_without_time() {
     mesh.rig.tracks.push(Track { node: 0, time_s: vec![0.0, 1.0], value, curve: Curve::Linear });
     mesh.rig.period_s = 1.0;
     mesh.check().unwrap();
-    for (time_s, dt_s) in [
-        (0.0, 1.0 / 60.0),
-        (0.0, 0.0),
-        (0.5, 0.0),
-        (1.0, 1.0 / 60.0),
-        (1.004, 1.0 / 60.0),
-        (7.999, 0.5),
-        (3.2, 9.0),
+    let frame_s = 1.0 / 60.0;
+    for (time_s, dt_s, speed_mps) in [
+        (0.0, frame_s, 2.0),
+        (0.5, frame_s, 2.0),
+        (1.0, frame_s, 2.0),
+        (1.004, frame_s, 2.0),
+        (7.999, 0.5, 2.0),
+        // No time, no way; and a step of nine loops has come along one.
+        (0.0, 0.0, 0.0),
+        (0.5, 0.0, 0.0),
+        (3.2, 9.0, 2.0 / 9.0),
     ] {
-        let (from, to, rate) = mesh.rig.velocity_window(time_s, dt_s);
-        let pose = cpu::pose(
-            &mesh,
-            &mesh.rig.pose(time_s),
-            &mesh.rig.pose_within(from),
-            &mesh.rig.pose_within(to),
-            rate,
-        );
+        let (_, velocity) = first_corner(&mesh, time_s, dt_s);
         assert!(
-            (pose[0].1 - vec3(2.0, 0.0, 0.0)).length() < 2e-3,
-            "at {time_s} s, step {dt_s} s: {}",
-            pose[0].1
+            (velocity - vec3(speed_mps, 0.0, 0.0)).length() < 2e-3,
+            "at {time_s} s, step {dt_s} s: {velocity}"
         );
     }
+}
+
+#[test]
+fn a_loop_without_a_jump_moves_by_its_way_in_the_step_at_its_seam_too() {
+    let mut swing = shapes::cuboid(Vec3::ONE);
+    let value = Value::Move(vec![Vec3::ZERO, vec3(2.0, 0.0, 0.0), Vec3::ZERO]);
+    swing.rig.tracks.push(Track { node: 0, time_s: vec![0.0, 0.5, 1.0], value, curve: Curve::Linear });
+    swing.rig.period_s = 1.0;
+    let dt_s = 1.0 / 60.0;
+    for mesh in [swing, shapes::lizard(1.0)] {
+        for time_s in [0.25 * dt_s, 0.3, 1.0, 1.0 + 0.4 * dt_s, 1.0 + dt_s, 7.0 + 0.9 * dt_s] {
+            let (at, velocity) = first_corner(&mesh, time_s, dt_s);
+            let came = (at - first_corner(&mesh, time_s - dt_s, dt_s).0) / dt_s as f32;
+            assert!(
+                (velocity - came).length() < 1e-4,
+                "{} at {time_s} s: {velocity}, moved {came}",
+                mesh.name
+            );
+        }
+    }
+}
+
+/// Longest way of a vertex in a step by its length (m/s), and farthest place (m), over steps that begin at many times.
+fn looked_at(mesh: &Mesh, dt_s: f64, times: impl Iterator<Item = f64>) -> (f32, f32) {
+    let mut most = (0f32, 0f32);
+    for time_s in times {
+        let (from, to, rate) = mesh.rig.velocity_window(time_s, dt_s);
+        let rig = &mesh.rig;
+        let posed = cpu::pose(mesh, &rig.pose(time_s), &rig.pose_within(from), &rig.pose_within(to), rate);
+        for (at, velocity) in posed {
+            most = (most.0.max(velocity.length()), most.1.max(at.length()));
+        }
+    }
+    most
+}
+
+#[test]
+fn no_vertex_is_faster_or_farther_than_the_extent() {
+    let block = shapes::cuboid(vec3(0.3, 0.1, 0.2));
+    let with = |curve, value: Value, time_s: &[f32]| {
+        let mut mesh = block.clone();
+        mesh.rig.tracks.push(Track { node: 0, time_s: time_s.to_vec(), value, curve });
+        mesh.rig.period_s = *time_s.last().unwrap();
+        mesh.check().unwrap();
+        mesh
+    };
+    let turn = |deg: f32| Quat::from_axis_angle(vec3(1.0, 2.0, 3.0).normalize(), deg.to_radians());
+    let x = |x: f32| vec3(x, 0.1, 0.0);
+    // A stroke of a fifth of a second in ten: what is looked at 64 times does not see it.
+    let stroke = vec![x(0.0), x(0.0), x(0.6), x(0.0), x(0.0)];
+    let stroke = with(Curve::Linear, Value::Move(stroke), &[0.0, 5.005, 5.105, 5.205, 10.0]);
+    let turns = vec![turn(0.0), turn(170.0), turn(10.0), turn(0.0)];
+    let cubic = |keys: &[Vec3]| keys.iter().flat_map(|&at| [0.4 * at, at, vec3(3.0, at.x, -1.0)]).collect();
+    let cubic_turn = [0.0, 80.0, 160.0, 0.0].into_iter();
+    let cubic_turn = cubic_turn.flat_map(|deg| [turn(30.0) * 0.3, turn(deg), turn(-20.0) * 0.2]).collect();
+    let times = [0.0, 0.3, 0.7, 1.1];
+    let meshes = [
+        (stroke, 1.0),
+        (with(Curve::Linear, Value::Turn(turns.clone()), &times), 1.0),
+        (with(Curve::Step, Value::Turn(turns), &times), 4.0),
+        (with(Curve::Linear, Value::Scale(vec![Vec3::ONE, x(2.0), Vec3::ONE, Vec3::ONE]), &times), 1.0),
+        (with(Curve::Cubic, Value::Move(cubic(&[x(0.0), x(1.0), x(0.5), x(0.0)])), &times), 1.0),
+        // How short a cubic gets before it is made unit is known by a bound of its own.
+        (with(Curve::Cubic, Value::Turn(cubic_turn), &times), 1.8),
+        (shapes::lizard(1.0), 1.0),
+    ];
+    for (i, (mesh, loose)) in meshes.into_iter().enumerate() {
+        let period_s = f64::from(mesh.rig.period_s);
+        for dt_s in [1.0 / 240.0, 1.0 / 60.0, 0.05] {
+            let extent = mesh.extent(dt_s);
+            let looks = if mesh.at_m.len() > 100 { 400 } else { 20_000 };
+            let times = (0..looks).map(|k| period_s * (1.0 + f64::from(k) / f64::from(looks)));
+            let (speed, far) = looked_at(&mesh, dt_s, times);
+            let rounding = 16.0 * f32::EPSILON * far / dt_s as f32;
+            assert!(
+                speed <= extent.speed_mps + rounding && far <= extent.reach_m * (1.0 + 8.0 * f32::EPSILON),
+                "{i}, {dt_s} s: {speed} m/s, {far} m: {extent:?}"
+            );
+            // Of a step of a key or two what is fast is averaged: bounds are of any moment.
+            if dt_s < 0.005 {
+                let most = loose * 1.5 * speed + 0.05;
+                assert!(
+                    extent.speed_mps < most && extent.reach_m < 1.3 * far,
+                    "{i}: {speed} m/s, {far} m: {extent:?}"
+                );
+            }
+        }
+    }
+    assert_eq!(block.extent(0.1).speed_mps, 0.0);
+}
+
+#[test]
+fn a_plan_counts_the_keys_of_the_scene_and_of_the_file() {
+    use whitecap::scene::{Key, MeshPlan, Motion};
+    let mut mesh = shapes::cuboid(Vec3::splat(0.1));
+    let value = Value::Move([0.0, 0.0, 0.6, 0.0, 0.0].map(|x| vec3(x, 0.0, 0.0)).to_vec());
+    let time_s = vec![0.0, 5.005, 5.105, 5.205, 10.0];
+    mesh.rig.tracks.push(Track { node: 0, time_s, value, curve: Curve::Linear });
+    mesh.rig.period_s = 10.0;
+    let key = |t_s, turn| Key { t_s, at_m: [0.0; 3], turn_deg: [0.0, turn, 0.0] };
+    let plan = MeshPlan {
+        name: "piston".into(),
+        mesh,
+        motion: Motion { keys: vec![key(0.0, 0.0), key(1.0, 360.0)], loops: true, scale: 2.0 },
+        color: Vec3::ONE,
+        mirrors: 0.0,
+        tile_m: 0.0,
+        map: 0,
+        solid: true,
+    };
+    // 6 m/s by the file, twice as large; and a turn a second of what it reaches, which is 0.7 m on x and 0.1 m beside it.
+    let least = 12.0 + std::f32::consts::TAU * 2.0 * vec3(0.7, 0.1, 0.1).length();
+    let fastest = plan.fastest_mps(1.0 / 60.0);
+    assert!((least..1.05 * least).contains(&fastest), "{fastest} m/s, {least} of them");
+}
+
+#[test]
+fn what_overflows_between_its_keys_is_refused() {
+    let mut mesh = shapes::cuboid(Vec3::ONE);
+    let value = Value::Scale(vec![Vec3::ONE, Vec3::splat(3e38), Vec3::ONE]);
+    mesh.rig.tracks.push(Track { node: 0, time_s: vec![0.0, 0.5, 1.0], value, curve: Curve::Linear });
+    mesh.rig.period_s = 1.0;
+    let said = mesh.check().unwrap_err().to_string();
+    assert!(
+        said.starts_with("box: its joints take it ") && said.ends_with("allowed: within 200000 m"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -325,13 +454,11 @@ fn poses_are_those_of_the_twin() {
     let world = Mat4::from_rotation_translation(Quat::from_rotation_y(0.7), vec3(0.3, 1.0, -2.0));
     let before = Mat4::from_rotation_translation(Quat::from_rotation_y(0.68), vec3(0.28, 1.0, -2.0));
     for (time_s, dt_s) in [(0.0, 0.0), (0.31, 1.0 / 60.0), (2.999, 1.0 / 30.0)] {
-        let mut done = Ok(());
         gpu.once(|rec| {
-            done = posed.record(rec, time_s, dt_s, world, before);
+            posed.record(rec, time_s, dt_s, world, before);
             rec.barrier(Pose::EXIT, whitecap::gpu::Access::CopyRead);
         })
         .unwrap();
-        done.unwrap();
         let got: Vec<[f32; 6]> = gpu.download(posed.places()).unwrap();
         let (from, to, rate) = mesh.rig.velocity_window(time_s, dt_s);
         let of = |world: Mat4, joints: Vec<Mat4>| {
@@ -355,7 +482,9 @@ fn poses_are_those_of_the_twin() {
             assert!((got_at - *at).length() < 1e-5 && (got_velocity - *velocity).length() < 1e-3);
             moved += usize::from(velocity.length() > 0.01);
         }
-        assert!(moved > want.len() / 2, "{moved} of {} vertices move", want.len());
+        // A step of no length moves nothing.
+        let least = if dt_s > 0.0 { want.len() / 2 } else { 0 };
+        assert!(moved >= least && (moved > 0) == (dt_s > 0.0), "{moved} of {} vertices move", want.len());
     }
 }
 

@@ -11,10 +11,11 @@ use std::{
 };
 use tempfile::{tempdir, TempDir};
 use whitecap::{
+    cells::Cells,
     draw::{map_view::MapViewParams, mesh::MeshParams, shadow::ShadowView, voxels::VoxelParams},
     gpu::{reflect::reflect, Gpu},
-    particles::balls::BallParams,
-    run::{self, picture::Picture, RunOptions, Written},
+    particles::{balls::BallParams, Surroundings},
+    run::{self, picture::Picture, stats::VolumeStats, RunOptions, Written},
     scene::{builtin, Override, Scene},
     shaders,
 };
@@ -97,6 +98,14 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
     );
     one(&format!("{BLOCK}{VOLUME}{RAIN}[paint]\nradius_m = 0.1"), "paint has nothing to paint");
     one(&format!("{BLOCK}paints = true\n[paint]\nradius_m = 0.1"), "paint has no one who paints");
+    one(
+        &format!("{BLOCK}paints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\nshare = 4"),
+        "share is for paint from particles; every impact paints",
+    );
+    one(
+        &format!("{BLOCK}paints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1\nfrom = 'balls'"),
+        "paint.from is 'balls'; allowed: \"impacts\" or \"particles\"",
+    );
     one(&format!("[output]\nview = 'voxels'\n{BLOCK}"), "has a view of [volume], and the scene has none");
 }
 
@@ -118,6 +127,19 @@ fn a_scene_pays_for_what_it_names() {
     let collides = format!("{BLOCK}{VOLUME}{RAIN}");
     assert!(has(&collides, "cells.planes") && has(&collides, "impact") && !has(&collides, "paint"));
     assert!(has(&format!("{BLOCK}paints = true\n{VOLUME}{RAIN}[paint]\nradius_m = 0.1"), "paint"));
+}
+
+#[test]
+fn the_plan_lists_what_is_near_and_a_shadow_of_depth_alone() {
+    let plan = parse(&format!("{BLOCK}{VOLUME}cells = 24\n{RAIN}")).unwrap().plan().unwrap();
+    let bytes = |name: &str| plan.buffers.iter().find(|it| it.name.contains(name)).map(|it| it.bytes);
+    let gpu = gpu();
+    let grid = plan.volume.as_ref().unwrap().scene.grid();
+    let near = Surroundings::new(&gpu, &Cells::new(&gpu, grid).unwrap(), 3).unwrap().near().bytes();
+    // A bit and half a word a cell, and two bits that are there on the way.
+    let words = 24u64.pow(3).div_ceil(32);
+    assert_eq!((near, bytes("particles.near")), (17 * 4 * words, Some(19 * 4 * words)));
+    assert_eq!(bytes("draw.shadow"), Some(8 * 2048 * 2048));
 }
 
 #[test]
@@ -301,6 +323,38 @@ fn every_way_to_fill_cells_and_to_paint_runs_and_every_view_shows_something() {
         assert!(bright > 200, "view {i}: {bright} of 5184 pixels");
         assert!(looks[..i].iter().all(|other| other != look), "view {i} is another");
     }
+}
+
+#[test]
+fn particles_that_are_near_paint_as_the_original_has_it() {
+    let gpu = gpu();
+    let paint = |more: &[&str]| {
+        let from = [
+            "output.frames=14",
+            "paint.from=particles",
+            "paint.radius_m=0.05",
+            "mesh.0.map=64",
+            "mesh.1.map=64",
+        ];
+        let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -9, 0]"));
+        let heavy: Vec<&str> = heavy.iter().map(String::as_str).collect();
+        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &from, more].concat());
+        let plan = scene.plan().unwrap();
+        let buffer = |name: &str| plan.buffers.iter().find(|it| it.name.contains(name)).unwrap().bytes;
+        let most = if more.contains(&"paint.from=impacts") { 1 << 16 } else { 450 };
+        assert_eq!(buffer("paint.drops"), 20 * most);
+        let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+        written.stats.volume.unwrap()
+    };
+    let all = paint(&[]);
+    assert!(all.paint.iter().all(|it| it.painted > 0 && it.nowhere == 0), "{all:?}");
+    assert_eq!(paint(&["paint.variant=brute"]), all);
+    assert_eq!(paint(&["paint.variant=tiles"]), all);
+    let impacts = paint(&["paint.from=impacts"]);
+    assert!(impacts.impacts == all.impacts && impacts.paint_hash != all.paint_hash, "{impacts:?}");
+    let third = paint(&["paint.share=3"]);
+    let sum = |stats: &VolumeStats| stats.paint.iter().map(|it| it.painted).sum::<u64>();
+    assert!(sum(&third) > 0 && sum(&third) < sum(&all), "{} of {}", sum(&third), sum(&all));
 }
 
 #[test]

@@ -2,6 +2,4 @@
 
 // Nothing but depth is kept.
 
-layout(location = 0) out vec4 color;
-
-void main() { color = vec4(0.0); }
+void main() {}

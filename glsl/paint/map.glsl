@@ -31,7 +31,7 @@ uint texel_at(Map map, vec2 uv) {
 // Where a texel is on its mesh. Mirrors `paint::Position`, 16 bytes.
 struct Position {
     vec3 at_m;
-    uint triangle;  // 0: no mesh here; else 1 + the triangle, and GUTTER beside a chart
+    uint triangle;  // 0: no mesh here, or nowhere; else 1 + the triangle, and GUTTER beside a chart
 };
 
 const uint GUTTER = 0x80000000u;

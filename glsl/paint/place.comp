@@ -26,6 +26,8 @@ layout(set = 0, binding = 4, std430) writeonly buffer Tiles { Box tiles[]; };
 
 layout(push_constant, std430) uniform Push { PlaceParams p; };
 
+bool is_finite(vec3 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec3(0x7f800000u))); }
+
 vec3 vertex(uint i) { return vec3(places[6u * i], places[6u * i + 1u], places[6u * i + 2u]); }
 
 void main() {
@@ -41,10 +43,12 @@ void main() {
         vec3 a = vertex(triangles[corner]), b = vertex(triangles[corner + 1u]), c = vertex(triangles[corner + 2u]);
         vec2 share = uintBitsToFloat(uvec2(texels[3u * i + 1u], texels[3u * i + 2u]));
         precise vec3 sum = a + (b - a) * share.x + (c - a) * share.y;
-        at = sum;
+        // What is no place is in no box: the least of it and a number would be either.
+        is_covered = is_finite(sum);
+        at = is_covered ? sum : vec3(0.0);
     }
     positions[i].at_m = at;
-    positions[i].triangle = triangle;
+    positions[i].triangle = is_covered ? triangle : 0u;
     vec3 low = is_covered ? at : vec3(FARTHEST), high = is_covered ? at : vec3(-FARTHEST);
     uint covered = uint(is_covered);
     if (join_all(low, high, covered)) {

@@ -3,9 +3,7 @@
 // A disc: what of its own ball it would shade is behind it. Nothing but depth is kept.
 
 layout(location = 0) in vec2 corner;
-layout(location = 0) out vec4 color;
 
 void main() {
     if (dot(corner, corner) > 1.0) discard;
-    color = vec4(0.0);
 }

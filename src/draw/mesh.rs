@@ -5,7 +5,8 @@
 use super::{shadow::Shadow, Stage};
 use crate::{
     gpu::{
-        Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Resource, Result, Topology,
+        Access, Attachments, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Resource,
+        Result, Topology,
     },
     mesh::Meshes,
     shaders,
@@ -108,7 +109,11 @@ impl MeshesDraw {
             ..draw
         };
         let raster = |info: &RasterInfo<'_>| Raster::new::<MeshParams>(gpu, info);
-        let cast = raster(&cast)?.bind(&[("Shadows", shadow.views().into()), triangles, places])?;
+        let cast = Raster::onto::<MeshParams>(gpu, &cast, Attachments::Depth)?.bind(&[
+            ("Shadows", shadow.views().into()),
+            triangles,
+            places,
+        ])?;
         let plain = raster(&draw)?.bind(&used)?;
         let painted = match paint.filter(|_| looks.iter().any(|look| look.map.is_some())) {
             Some((paint, format)) => {

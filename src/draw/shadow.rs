@@ -41,14 +41,13 @@ pub struct Shadow {
     views: Buffer,
     depth: Buffer,
     drawn: Image,
-    unused: Image,
 }
 
 impl Shadow {
     /// How the map was written last, and what those who read it see it as.
     pub const EXIT: Access = Access::GraphicsRead;
-    /// Of the map (bytes a texel): depth, its copy that shaders read, and a colour that nobody does.
-    pub const BYTES_A_TEXEL: u64 = 4 + 4 + 8;
+    /// Of the map (bytes a texel): depth, and its copy that shaders read.
+    pub const BYTES_A_TEXEL: u64 = 4 + 4;
 
     /// Of `side` texels along each side.
     ///
@@ -62,7 +61,6 @@ impl Shadow {
             views,
             depth: Buffer::new(gpu, "draw.shadow", 4 * u64::from(side).pow(2), Residence::Device)?,
             drawn: image("draw.shadow.depth", ImageUse::CopiedDepth)?,
-            unused: image("draw.shadow.color", ImageUse::Color)?,
         })
     }
 
@@ -86,21 +84,21 @@ impl Shadow {
         &self.views
     }
 
-    /// Draws the map: what `casters` draw, by pipelines of one sample a pixel. What they read must be visible as
+    /// Draws the map: what `casters` draw, by pipelines of [`Attachments::Depth`](crate::gpu::Attachments::Depth) and one
+    /// sample a pixel. What they read must be visible as
     /// [`Access::GraphicsRead`].
     pub fn record(&self, rec: &mut Recorder<'_>, casters: impl FnOnce(&mut Recorder<'_>)) {
         let target = Target {
-            color: &self.unused,
+            color: None,
             depth: &self.drawn,
             resolved: None,
             resolved_depth: None,
-            clear: Some([0.0; 4]),
+            clear: Some([0.0; 4]), // and depth
             goes_on: true,
         };
         rec.barrier(Access::GraphicsRead, Access::FillWrite); // of the picture before this one
         rec.update(&self.views, slice::from_ref(&self.view));
         rec.barrier(Access::FillWrite, Access::GraphicsRead);
-        rec.barrier(Access::ColorWrite, Access::ColorWrite);
         rec.barrier(Access::CopyRead, Access::DepthWrite);
         rec.barrier(Access::DepthWrite, Access::DepthWrite);
         rec.span(c"draw.shadow", |rec| rec.render(&target, casters));

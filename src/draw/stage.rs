@@ -244,7 +244,7 @@ impl Stage {
         let copied = self.copied.as_ref();
         let has_second_pass = copied.is_some() && sprites.is_some();
         let target = Target {
-            color: &self.color,
+            color: Some(&self.color),
             depth: &self.depth,
             resolved: resolved.filter(|_| !has_second_pass),
             resolved_depth: copied.and_then(|copied| copied.image.as_ref()),
@@ -298,7 +298,7 @@ impl Stage {
         splats: Option<&mut dyn FnMut(&mut Recorder<'_>)>,
     ) {
         if let Some(sprites) = sprites {
-            let (color, depth, resolved) = (&self.color, &self.depth, self.resolved.as_ref());
+            let (color, depth, resolved) = (Some(&self.color), &self.depth, self.resolved.as_ref());
             let target = Target { color, depth, resolved, resolved_depth: None, clear: None, goes_on: true };
             rec.barrier(Access::ColorWrite, Access::ColorWrite);
             rec.barrier(Access::DepthWrite, Access::DepthWrite);

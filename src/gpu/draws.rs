@@ -7,8 +7,8 @@ use ash::vk;
 /// What a pass draws to.
 #[derive(Clone, Copy)]
 pub struct Target<'a> {
-    /// Colour of every sample.
-    pub color: &'a Image,
+    /// Colour of every sample; `None`: depth alone.
+    pub color: Option<&'a Image>,
     /// Depth of every sample.
     pub depth: &'a Image,
     /// Where the samples of a pixel are averaged when the pass ends, if there are several.
@@ -67,18 +67,20 @@ impl Recorder<'_> {
 
     /// Clears `target`, or goes on with it, and draws what `body` draws to it.
     pub fn render(&mut self, target: &Target<'_>, body: impl FnOnce(&mut Self)) {
-        let (color, depth) = (target.color, target.depth);
-        assert!(
-            color.size() == depth.size() && color.samples() == depth.samples(),
-            "`{}` and `{}` differ in size or samples",
-            color.name(),
-            depth.name()
-        );
+        let depth = target.depth;
+        if let Some(color) = target.color {
+            assert!(
+                color.size() == depth.size() && color.samples() == depth.samples(),
+                "`{}` and `{}` differ in size or samples",
+                color.name(),
+                depth.name()
+            );
+        }
         let resolved = target.resolved.into_iter().chain(target.resolved_depth);
         for image in resolved.clone() {
-            assert!(image.size() == color.size() && image.samples() == 1, "`{}`", image.name());
+            assert!(image.size() == depth.size() && image.samples() == 1, "`{}`", image.name());
         }
-        for image in [color, depth].into_iter().chain(resolved) {
+        for image in target.color.into_iter().chain([depth]).chain(resolved) {
             self.keep(|| Kept::Image(image.clone()));
         }
         let general = vk::ImageLayout::GENERAL;
@@ -97,16 +99,20 @@ impl Recorder<'_> {
         };
         let clear =
             vk::ClearValue { color: vk::ClearColorValue { float32: target.clear.unwrap_or_default() } };
-        let mut color = attachment(target.color).clear_value(clear);
-        match target.resolved {
-            Some(resolved) => {
-                color = color
-                    .resolve_mode(vk::ResolveModeFlags::AVERAGE)
-                    .resolve_image_view(resolved.view())
-                    .resolve_image_layout(general);
-            }
-            None => color = color.store_op(vk::AttachmentStoreOp::STORE),
-        }
+        let colors: Vec<_> = target
+            .color
+            .map(|color| {
+                let color = attachment(color).clear_value(clear);
+                match target.resolved {
+                    Some(resolved) => color
+                        .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                        .resolve_image_view(resolved.view())
+                        .resolve_image_layout(general),
+                    None => color.store_op(vk::AttachmentStoreOp::STORE),
+                }
+            })
+            .into_iter()
+            .collect();
         // Depth is reversed: 0 is the far end.
         let mut depth = attachment(target.depth).clear_value(vk::ClearValue::default());
         if let Some(resolved) = target.resolved_depth {
@@ -115,9 +121,8 @@ impl Recorder<'_> {
                 .resolve_image_view(resolved.view())
                 .resolve_image_layout(general);
         }
-        let [width, height] = target.color.size();
+        let [width, height] = target.depth.size();
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let colors = [color];
         let info = vk::RenderingInfo::default()
             .render_area(area)
             .layer_count(1)

@@ -47,6 +47,8 @@ pub enum Depth {
 pub enum Attachments {
     /// [`ImageUse::Color`] and depth: [`Recorder::render`](super::Recorder::render).
     Picture,
+    /// Depth alone: the same, of a target without colour.
+    Depth,
     /// Two [`ImageUse::Volume`]s and their depth: [`Recorder::render_layers`](super::Recorder::render_layers).
     Volumes,
     /// Nothing: fragments write buffers, [`Recorder::render_nothing`](super::Recorder::render_nothing).
@@ -179,7 +181,7 @@ fn create(
     let formats: &[vk::Format] = match onto {
         Attachments::Picture => &[ImageUse::Color.format()],
         Attachments::Volumes => &[ImageUse::Volume.format(); 2],
-        Attachments::Nothing => &[],
+        Attachments::Depth | Attachments::Nothing => &[],
     };
     let blended = vk::PipelineColorBlendAttachmentState::default()
         .color_write_mask(vk::ColorComponentFlags::RGBA)
@@ -194,7 +196,7 @@ fn create(
     let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
     let depth_format = match onto {
         Attachments::Nothing => vk::Format::UNDEFINED,
-        Attachments::Picture | Attachments::Volumes => ImageUse::Depth.format(),
+        Attachments::Picture | Attachments::Depth | Attachments::Volumes => ImageUse::Depth.format(),
     };
     let mut rendering = vk::PipelineRenderingCreateInfo::default()
         .color_attachment_formats(formats)

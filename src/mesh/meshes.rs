@@ -104,46 +104,28 @@ impl Meshes {
         let uvs = gpu.upload("meshes.uvs", &uvs)?;
         let bound = Pose::new(gpu)?.bind(&rest, &matrices, &places)?;
         let meshes = Self { bodies: bodies.to_vec(), parts, places, triangles, uvs, rest, matrices, bound };
-        let mut posed = Ok(());
         gpu.once(|rec| {
-            posed = meshes.pose(rec, false, 0.0, 0.0, &[]);
+            meshes.pose(rec, false, 0.0, 0.0, &[]);
             for reader in [Access::ComputeReadWrite, Access::GraphicsRead] {
                 rec.barrier(Self::EXIT, reader);
             }
         })?;
-        posed?;
         Ok(meshes)
     }
 
     /// Poses those that move, as they are at `time_s`, with the velocities of the step of `dt_s` before. `worlds` has for each
     /// mesh of the scene where it is now, and where it was a step before; empty, if all stay where they were put.
     ///
-    /// # Errors
-    /// None so far: the matrices travel with the commands.
-    ///
     /// # Panics
     /// If `worlds` is neither empty nor one for each mesh.
-    pub fn record(
-        &self,
-        rec: &mut Recorder<'_>,
-        time_s: f64,
-        dt_s: f64,
-        worlds: &[[Mat4; 2]],
-    ) -> gpu::Result<()> {
-        self.pose(rec, true, time_s, dt_s, worlds)
+    pub fn record(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) {
+        self.pose(rec, true, time_s, dt_s, worlds);
     }
 
-    fn pose(
-        &self,
-        rec: &mut Recorder<'_>,
-        moving: bool,
-        time_s: f64,
-        dt_s: f64,
-        worlds: &[[Mat4; 2]],
-    ) -> gpu::Result<()> {
+    fn pose(&self, rec: &mut Recorder<'_>, moving: bool, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) {
         assert!(worlds.is_empty() || worlds.len() == self.bodies.len(), "{} places of meshes", worlds.len());
         if self.parts.iter().all(|part| part.moves != moving) {
-            return Ok(());
+            return;
         }
         let mut rates = Vec::new();
         let mut rows = Vec::new();
@@ -169,7 +151,6 @@ impl Meshes {
                 rec.dispatch(&self.bound, [params.vertices, 1, 1], &params);
             }
         });
-        Ok(())
     }
 
     /// For each vertex place (m) and velocity (m/s), six `f32`: `Places`.

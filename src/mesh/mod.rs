@@ -20,11 +20,13 @@ mod obj;
 mod posed;
 mod rig;
 pub mod shapes;
+mod speed;
 pub mod walls;
 
 pub use meshes::{Body, Meshes, MeshesError, Part};
 pub use posed::{Pose, PoseParams, Posed, VERTEX_WORDS};
 pub use rig::{Curve, Joint, Node, Rig, Track, Value};
+pub use speed::Extent;
 
 use glam::{Vec2, Vec3};
 
@@ -206,7 +208,16 @@ impl Mesh {
                 self.hold[i]
             ));
         }
-        self.rig.check().or_else(fail)
+        self.rig.check().or_else(fail)?;
+        // Far out, or where numbers overflow: what it is between its keys included.
+        let reach_m = self.extent(1.0).reach_m;
+        let most_m = 2.0 * FARTHEST_M;
+        if reach_m > most_m {
+            return fail(format!(
+                "its joints take it {reach_m} m from its origin; allowed: within {most_m} m"
+            ));
+        }
+        Ok(())
     }
 
     /// Normals from triangles, weighted by area.

@@ -102,17 +102,7 @@ pub struct Posed {
 impl Posed {
     /// Poses the mesh as it is at `time_s`, placed by `world`, with the velocities of the step of `dt_s` before; `world` one
     /// step before is `world_before`.
-    ///
-    /// # Errors
-    /// None so far: the matrices travel with the commands.
-    pub fn record(
-        &self,
-        rec: &mut Recorder<'_>,
-        time_s: f64,
-        dt_s: f64,
-        world: Mat4,
-        world_before: Mat4,
-    ) -> Result<()> {
+    pub fn record(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, world: Mat4, world_before: Mat4) {
         let (matrices, rate_per_s) = self.matrices_at(time_s, dt_s, world, world_before);
         rec.barrier(Access::ComputeRead, Access::FillWrite);
         rec.update(&self.matrices, &matrices);
@@ -121,7 +111,6 @@ impl Posed {
         let joints = self.mesh.rig.joints.len() as u32;
         let params = PoseParams { vertices, joints, rate_per_s, first_vertex: 0, first_joint: 0 };
         rec.span(c"mesh.pose", |rec| rec.dispatch(&self.bound, [vertices, 1, 1], &params));
-        Ok(())
     }
 
     /// Three matrices of three rows a joint (now, and the two whose difference is the velocity), and what turns that

@@ -99,19 +99,27 @@ impl Rig {
     }
 
     /// Two times of which the difference of poses, by the returned rate (1/s), is the velocity at `time_s` of a step of
-    /// `dt_s`: the step itself, but never across the seam of the loop, where the mesh may jump, and never of no length.
+    /// `dt_s`: the way in the step by its length. Where the loop jumps in the step, the mesh is taken to have come as fast as
+    /// the loop begins. A step of no length moves nothing.
     pub fn velocity_window(&self, time_s: f64, dt_s: f64) -> (f32, f32, f32) {
-        let now = if self.moves() { time_s.rem_euclid(f64::from(self.period_s)) as f32 } else { 0.0 };
-        if !self.moves() {
+        if !self.moves() || dt_s <= 0.0 {
             return (0.0, 0.0, 0.0);
         }
-        // A step of no length asks for the velocity all the same: that of a hundredth of a second.
-        let step = if dt_s > 0.0 { dt_s as f32 } else { 0.01 }.min(self.period_s);
-        let from = (now - step).max(0.0);
-        // Just behind the seam a step's worth of what comes, as the difference over less is rounding.
-        let to = if now >= step { now } else { step };
-        let rate = if to > from { 1.0 / (to - from) } else { 0.0 };
-        (from, to, rate)
+        let (period_s, rate) = (f64::from(self.period_s), (1.0 / dt_s) as f32);
+        if time_s.rem_euclid(period_s) < dt_s && self.jumps() {
+            return (0.0, dt_s.min(period_s) as f32, rate);
+        }
+        let within = |time_s: f64| time_s.rem_euclid(period_s) as f32;
+        (within(time_s - dt_s), within(time_s), rate)
+    }
+
+    /// Whether the mesh is elsewhere at the end of its keys than at their start, by more than how files round.
+    pub(super) fn jumps(&self) -> bool {
+        let (first, last) = (self.pose_within(0.0), self.pose_within(self.period_s));
+        first.iter().zip(&last).any(|(one, other)| {
+            let largest = one.to_cols_array().into_iter().fold(1f32, |most, x| most.max(x.abs()));
+            !one.abs_diff_eq(*other, 1e-4 * largest)
+        })
     }
 
     /// The pose at a time within the period.
@@ -221,20 +229,28 @@ impl Rig {
     }
 }
 
+/// A turn; none, if it is no quaternion to speak of.
+pub(super) fn unit(q: Quat) -> Quat {
+    if q.length_squared() > 1e-12 {
+        q.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
+
 impl Track {
     fn apply(&self, node: &mut Node, time_s: f32) {
         match &self.value {
             Value::Move(keys) => node.move_m = self.at(keys, time_s, Vec3::lerp),
             Value::Scale(keys) => node.scale = self.at(keys, time_s, Vec3::lerp),
             Value::Turn(keys) => {
-                let unit = |q: Quat| if q.length_squared() > 1e-12 { q.normalize() } else { Quat::IDENTITY };
                 let turn = self.at(keys, time_s, |a, b, t| unit(a).slerp(unit(b), t));
                 node.turn = unit(turn);
             }
         }
     }
 
-    fn at<T>(&self, keys: &[T], time_s: f32, between: impl Fn(T, T, f32) -> T) -> T
+    pub(super) fn at<T>(&self, keys: &[T], time_s: f32, between: impl Fn(T, T, f32) -> T) -> T
     where
         T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
     {

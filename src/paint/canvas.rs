@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Position maps and paint maps on the GPU. Reads `glsl/paint/{place,blocks,resolve}.comp`.
 
-use super::{gather::Culling, Atlas, Bounds, Format, Map, PlaceParams, Position, BLOCK_SIDE, TILE};
+use super::{
+    atlas::GUTTER, gather::Culling, Atlas, Bounds, Format, Map, PlaceParams, Position, BLOCK_SIDE, TILE,
+};
 use crate::{
     gpu::{Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Result},
     shaders,
@@ -105,6 +107,7 @@ impl Paint {
             bound_blocks: self.blocks.bind(&[("Tiles", (&tiles).into()), ("Blocks", (&blocks).into())])?,
             map_table: gpu.upload("paint.maps", &atlas.maps)?,
             maps: atlas.maps.clone(),
+            texels: atlas.charts.iter().map(|charts| charts.covered + charts.gutter).collect(),
             positions,
             tiles,
             blocks,
@@ -138,6 +141,8 @@ pub struct Canvas {
     place: Bound,
     bound_blocks: Bound,
     maps: Vec<Map>,
+    /// By mesh: texels of charts and gutters.
+    texels: Vec<u64>,
     pub(super) map_table: Buffer,
     pub(super) positions: Buffer,
     pub(super) tiles: Buffer,
@@ -236,6 +241,25 @@ impl Canvas {
         })
     }
 
+    /// By mesh, how much of it is painted. Submits and waits.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn covers(&self, gpu: &Gpu) -> Result<Vec<Cover>> {
+        let (paint, positions) = (self.download(gpu)?, gpu.download::<Position>(&self.positions)?);
+        let of = |(map, texels): (&Map, &u64)| {
+            let all = map.first_texel()..map.first_texel() + map.texels();
+            let mut cover = Cover { painted: 0, nowhere: *texels };
+            for (paint, position) in paint[all.clone()].iter().zip(&positions[all]) {
+                cover.nowhere -= u64::from(position.triangle != 0);
+                let is_own = position.triangle != 0 && position.triangle & GUTTER == 0;
+                cover.painted += u64::from(is_own && paint[3] > 0.0);
+            }
+            cover
+        };
+        Ok(self.maps.iter().zip(&self.texels).map(of).collect())
+    }
+
     /// Places and boxes of tiles and of blocks. Submits and waits.
     ///
     /// # Errors
@@ -244,6 +268,15 @@ impl Canvas {
     pub fn download_places(&self, gpu: &Gpu) -> Result<(Vec<Position>, Vec<Bounds>, Vec<Bounds>)> {
         Ok((gpu.download(&self.positions)?, gpu.download(&self.tiles)?, gpu.download(&self.blocks)?))
     }
+}
+
+/// What became of a paint map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cover {
+    /// Texels of triangles with paint on them. Those beside a triangle take the paint of its border and do not count.
+    pub painted: u64,
+    /// Texels that have not been placed, or whose place is not finite: nothing paints them.
+    pub nowhere: u64,
 }
 
 /// The paint map of a mesh, row by row.

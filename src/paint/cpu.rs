@@ -20,7 +20,12 @@ pub fn place(texels: &[Texel], triangles: &[[u32; 3]], places: &[Vec3]) -> Vec<P
     let at = |texel: &Texel| {
         let Some(triangle) = texel.triangle() else { return Position::default() };
         let [a, b, c] = triangles[triangle as usize].map(|i| places[i as usize]);
-        Position { at_m: (a + (b - a) * texel.b) + (c - a) * texel.c, triangle: texel.triangle }
+        let at_m = (a + (b - a) * texel.b) + (c - a) * texel.c;
+        if at_m.is_finite() {
+            Position { at_m, triangle: texel.triangle }
+        } else {
+            Position::default()
+        }
     };
     texels.iter().map(at).collect()
 }

@@ -34,7 +34,7 @@ mod splat;
 mod take;
 
 pub use atlas::{Atlas, Charts, Overlap, Texel};
-pub use canvas::{Canvas, Paint, Rows};
+pub use canvas::{Canvas, Cover, Paint, Rows};
 pub use gather::{Gather, Method, Taken};
 pub use splat::{Splat, SplatParams};
 pub use take::{Take, TakeParams};
@@ -112,7 +112,7 @@ impl Map {
 pub struct Position {
     /// (m).
     pub at_m: Vec3,
-    /// As [`Texel::triangle`]: 0 where there is no mesh.
+    /// As [`Texel::triangle`]: 0 where there is no mesh, or where its place is not finite.
     pub triangle: u32,
 }
 

@@ -4,7 +4,9 @@
 use super::PoolState;
 use crate::{
     draw::{shadow::Shadow, Stage},
-    gpu::{Access, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Result, Topology},
+    gpu::{
+        Access, Attachments, Blend, Bound, Buffer, Depth, Gpu, Raster, RasterInfo, Recorder, Result, Topology,
+    },
     shaders,
 };
 use glam::Vec4;
@@ -74,7 +76,7 @@ impl BallsDraw {
                 pool,
                 particles,
             ])?,
-            cast: Raster::new::<BallParams>(gpu, &cast)?.bind(&[
+            cast: Raster::onto::<BallParams>(gpu, &cast, Attachments::Depth)?.bind(&[
                 ("Shadows", shadow.views().into()),
                 pool,
                 particles,

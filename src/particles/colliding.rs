@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The law `colliding`: ballistic flight in a scene that lies as planes in cells. Reads
-//! `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl` and `near.comp`.
+//! `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl`.
 //!
 //! A pool of this law binds [`Surroundings::resources`]; `particles.near` runs once after each change of the cells. Between
 //! impacts a particle is on an exact parabola, and the time of an impact a root of a quadratic, so energy does not depend on
@@ -8,13 +8,10 @@
 //! over it (it is then lifted out, at most half a radius a step); a cell holds two planes and borrows a third from its
 //! neighbours, more are lost; particles do not turn, and do not see each other.
 
+pub use super::surroundings::{NearParams, Surroundings};
+
 use super::{Compaction, Invalid, Law, Layout, Options, Tuning};
-use crate::{
-    cells::{Cells, Grid},
-    gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource},
-    impact::Stream,
-    shaders,
-};
+use crate::{cells::Grid, gpu::Gpu, shaders};
 use glam::{vec3, Vec3};
 
 /// How a particle meets the scene.
@@ -185,97 +182,5 @@ impl Colliding {
             constants: method.constants(),
             blocks: &["Occupied", "Planes", "Near", "Impacts", "Count"],
         }
-    }
-}
-
-/// Push constants: `NearParams` in `glsl/particles/near.comp`.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct NearParams {
-    /// Along x, y and z.
-    pub cells: [u32; 3],
-    /// How far is looked.
-    pub reach: u32,
-    /// Side of a cell (m).
-    pub cell_m: f32,
-}
-
-/// What pools of the law collide with: cells, and which of them are near an occupied one.
-pub struct Surroundings {
-    cells: Cells,
-    near: Buffer,
-    bound: Bound,
-    reach: u32,
-}
-
-impl Surroundings {
-    /// Most cells that are looked at on each side.
-    pub const MOST_REACH: u32 = 15;
-
-    /// What the cells must be visible to before [`Surroundings::record`].
-    pub const ENTRY: Access = Access::ComputeReadWrite;
-    /// How [`Surroundings::record`] touched its own last.
-    pub const EXIT: Access = Access::ComputeReadWrite;
-
-    /// Of `cells`, looked at within `reach` cells. Nothing is near before the first [`Surroundings::record`].
-    ///
-    /// # Errors
-    /// The device's.
-    ///
-    /// # Panics
-    /// If `reach` is not 1 to [`Surroundings::MOST_REACH`].
-    pub fn new(gpu: &Gpu, cells: &Cells, reach: u32) -> gpu::Result<Self> {
-        assert!((1..=Self::MOST_REACH).contains(&reach), "a reach of {reach} cells");
-        let info = KernelInfo {
-            name: c"particles.near",
-            spv: shaders::PARTICLES_NEAR_COMP,
-            blocks: &["Occupied", "Planes", "Near"],
-            constants: &[],
-        };
-        let near = Buffer::new(gpu, "particles.near", 17 * cells.occupied().bytes(), Residence::Device)?;
-        gpu.once(|rec| rec.fill(&near, 0))?;
-        let bound = Kernel::new::<NearParams>(gpu, &info)?.bind(&[
-            ("Occupied", cells.occupied().into()),
-            ("Planes", cells.planes().into()),
-            ("Near", (&near).into()),
-        ])?;
-        Ok(Self { cells: cells.clone(), near, bound, reach })
-    }
-
-    /// After each change of the cells, before the pools step.
-    pub fn record(&self, rec: &mut Recorder<'_>) {
-        let grid = self.cells.grid();
-        let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
-        let groups = (self.near.bytes() / (17 * 4)).div_ceil(64) as u32;
-        let rows = groups.div_ceil(65_535).max(1);
-        rec.span(c"particles.near", |rec| {
-            rec.dispatch(&self.bound, [groups.div_ceil(rows) * 64, rows, 1], &params);
-        });
-    }
-
-    /// What a pool of the law binds.
-    pub fn resources<'a>(&'a self, stream: &'a Stream) -> [(&'static str, Resource<'a>); 5] {
-        [
-            ("Occupied", self.cells.occupied().into()),
-            ("Planes", self.cells.planes().into()),
-            ("Near", (&self.near).into()),
-            ("Impacts", stream.impacts().into()),
-            ("Count", stream.count().into()),
-        ]
-    }
-
-    /// For [`Colliding::reach`].
-    pub fn reach(&self) -> u32 {
-        self.reach
-    }
-
-    /// A bit a cell: whether one within reach is occupied; then half a word each: which planes are met in it.
-    pub fn near(&self) -> &Buffer {
-        &self.near
-    }
-
-    /// The cells.
-    pub fn cells(&self) -> &Cells {
-        &self.cells
     }
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Twin of `glsl/particles/{near.comp,cell_bits.glsl}`.
+//! Twin of `glsl/particles/{near.comp,met.comp,cell_bits.glsl}`.
 
 use crate::cells::{Grid, Plane};
 use glam::{IVec3, UVec3, Vec3};
 
 const ALIKE: f32 = 0.985;
 
-/// Twin of `near.comp`.
+/// Twin of `near.comp`, cube by cube, and behind its bits of `met.comp`.
 pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
     let mut bits = vec![0u32; 17 * occupied.len()];
     let most = UVec3::from(grid.cells).as_ivec3() - 1;

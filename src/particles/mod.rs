@@ -5,7 +5,8 @@
 //! | kernel              | reads                                        | writes                                | CPU twin               |
 //! | ------------------- | -------------------------------------------- | ------------------------------------- | ---------------------- |
 //! | `particles.prepare` | emitters, counts                             | births, counts, arguments             | [`cpu::Pool::prepare`] |
-//! | `particles.near`    | cells                                        | cells that are near an occupied one   | [`cpu_near::near`]     |
+//! | `particles.near`    | bits of cells                                | cells that are near an occupied one   | [`cpu_near::near`]     |
+//! | `particles.met`     | cells                                        | planes that are met in each cell      | [`cpu_near::near`]     |
 //! | `particles.LAW`     | particles, emitters, births, law, counts     | new particles, places, counts         | [`cpu::Pool::advance`] |
 //!
 //! The pool owns memory, counts, births, compaction and the arguments of indirect dispatches and draws; all of that stays on
@@ -41,6 +42,7 @@ pub mod options;
 pub mod oracle;
 pub mod pool;
 pub mod state;
+mod surroundings;
 
 pub use colliding::{Colliding, Surroundings};
 pub use drag::Drag;

@@ -91,7 +91,7 @@ impl Emitters {
             PlannedThrows::Law(law) => {
                 let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
                 let drawing = (self.splats.as_ref(), shadow, volume);
-                Source::Swarm(Box::new(Swarm::new(gpu, stage, drawing, plan, law, seed)?))
+                Source::Swarm(Box::new(Swarm::new(gpu, stage, drawing, plan, law, (seed, stream))?))
             }
         })
     }
@@ -212,6 +212,15 @@ impl Emitters {
     /// Records a step of those that meet meshes.
     pub fn record_colliding(&mut self, rec: &mut Recorder<'_>) {
         self.swarms_mut().filter(|it| it.collides()).for_each(|swarm| swarm.record_step(rec));
+    }
+
+    /// Records the drops that those who paint make, where particles and not impacts do. Barriers stand on both sides.
+    pub fn record_drops(&self, rec: &mut Recorder<'_>) {
+        if self.swarms().any(Swarm::paints) {
+            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+            self.swarms().for_each(|swarm| swarm.record_drops(rec));
+            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+        }
     }
 
     /// Records the steps of the others that are due: all of them, they are few.

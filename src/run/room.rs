@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The meshes of a scene on the GPU, on the clock of the scene: posed, put into cells, hit and painted.
 
-use super::{brush::Brush, effects::Emitters, stats::VolumeStats, RunError};
+use super::{
+    brush::{Brush, Drops},
+    effects::Emitters,
+    stats::VolumeStats,
+    RunError,
+};
 use crate::{
     cells::Cells,
     clock::FixedStep,
@@ -39,9 +44,9 @@ impl Group {
     }
 
     /// Poses what moves, at the end of a step.
-    fn pose(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64) -> Result<(), RunError> {
+    fn pose(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64) {
         let worlds: Vec<_> = self.motions.iter().map(|motion| motion.step(time_s, dt_s)).collect();
-        Ok(self.meshes.record(rec, time_s, dt_s, &worlds)?)
+        self.meshes.record(rec, time_s, dt_s, &worlds);
     }
 }
 
@@ -58,6 +63,8 @@ pub(super) struct Volume {
     stream: Stream,
     filler: Filler,
     moves: bool,
+    /// Where particles become drops, if they paint.
+    drops: Option<Drops>,
 }
 
 /// What is drawn.
@@ -102,11 +109,12 @@ impl Room {
             }
             let meshes = Group::meshes(gpu, plans)?;
             if let (Some(of), true) = (&plan.volume, is_solid) {
-                let made = Volume::new(gpu, of, &meshes)?;
+                let mut made = Volume::new(gpu, of, &meshes)?;
                 if let Some(paint) = &plan.paint {
                     let names: Vec<&str> =
                         plans.iter().filter(|it| it.map > 0).map(|it| it.name.as_str()).collect();
-                    brush = Some(Brush::new(gpu, paint, &meshes, &names, &made.stream)?);
+                    let (painter, drops) = Brush::new(gpu, paint, &meshes, &names, &made.stream)?;
+                    (brush, made.drops) = (Some(painter), drops);
                 }
                 volume = Some(made);
             }
@@ -196,22 +204,19 @@ impl Room {
     /// Records the steps that are due, and leaves the meshes as they are drawn.
     ///
     /// pose --B-- cells, texels --B-- all that collides --B-- impacts --B-- paint
-    ///
-    /// # Errors
-    /// If the device has no room for matrices on their way.
-    pub fn record(&mut self, rec: &mut Recorder<'_>, emitters: &mut Emitters) -> Result<(), RunError> {
+    pub fn record(&mut self, rec: &mut Recorder<'_>, emitters: &mut Emitters) {
         let dt_s = self.clock.dt_s();
         // The last picture may still be on its way.
         rec.barrier(Access::GraphicsRead, Access::ComputeWrite);
         rec.barrier(Access::GraphicsRead, Access::FillWrite);
         if !self.is_placed {
             // As it is at the start, or was when the state was stored.
-            self.place(rec, self.taken as f64 * dt_s, dt_s, true)?;
+            self.place(rec, self.taken as f64 * dt_s, dt_s, true);
             self.is_placed = true;
         }
         while self.taken < self.clock.steps() {
             self.taken += 1;
-            self.place(rec, self.taken as f64 * dt_s, dt_s, false)?;
+            self.place(rec, self.taken as f64 * dt_s, dt_s, false);
             match &self.volume {
                 Some(volume) => {
                     volume.stream.record_begin(rec);
@@ -219,7 +224,8 @@ impl Room {
                     volume.stream.record_end(rec);
                     if let Some(brush) = &self.brush {
                         rec.barrier(Stream::EXIT, Access::ComputeReadWrite);
-                        brush.paint_step(rec);
+                        emitters.record_drops(rec);
+                        brush.paint_step(rec, self.taken);
                     }
                 }
                 None => emitters.record_colliding(rec),
@@ -227,14 +233,13 @@ impl Room {
         }
         rec.barrier(Access::ComputeReadWrite, MeshesDraw::ENTRY);
         rec.barrier(Access::FillWrite, MeshesDraw::ENTRY);
-        Ok(())
     }
 
     /// Poses what moves, and puts it into the cells; `all`: finds the texels of what does not as well.
-    fn place(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, all: bool) -> Result<(), RunError> {
+    fn place(&self, rec: &mut Recorder<'_>, time_s: f64, dt_s: f64, all: bool) {
         rec.barrier(Access::ComputeReadWrite, Meshes::ENTRY);
         for group in &self.groups {
-            group.pose(rec, time_s, dt_s)?;
+            group.pose(rec, time_s, dt_s);
         }
         rec.barrier(Meshes::EXIT, Conservative::ENTRY);
         if let Some(volume) = &self.volume {
@@ -243,7 +248,6 @@ impl Room {
         if let Some(brush) = &self.brush {
             brush.place(rec, all);
         }
-        Ok(())
     }
 
     /// Hash of the paint, if there is any.
@@ -327,12 +331,17 @@ impl Volume {
         })?;
         let surroundings = Surroundings::new(gpu, &cells, plan.reach)?;
         let moves = meshes.parts().iter().any(|part| part.moves);
-        Ok(Self { surroundings, stream, filler, moves })
+        Ok(Self { surroundings, stream, filler, moves, drops: None })
     }
 
     /// What pools of the law bind.
     pub fn resources(&self) -> [(&'static str, Resource<'_>); 5] {
         self.surroundings.resources(&self.stream)
+    }
+
+    /// Where particles become drops, if they paint.
+    pub fn drops(&self) -> Option<&Drops> {
+        self.drops.as_ref()
     }
 
     fn cells(&self) -> &Cells {

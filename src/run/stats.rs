@@ -200,8 +200,10 @@ pub struct PaintStats {
     pub texels: u64,
     /// Of them, in more than one.
     pub overlapping: u64,
-    /// Texels with paint on them, those beside a triangle included, as many as there are in triangles at the most.
+    /// Of them, with paint on them.
     pub painted: u64,
+    /// In a triangle or beside one, and at no finite place: they take no paint.
+    pub nowhere: u64,
 }
 
 impl Stats {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool with a law, on the GPU, on the clock of the scene.
 
-use super::{checkpoint::fnv, live::Counters, room::Volume, source::Drawn, stats::EmitterStats, RunError};
+use super::{
+    brush::Taker, checkpoint::fnv, live::Counters, room::Volume, source::Drawn, stats::EmitterStats, RunError,
+};
 use crate::{
     clock::FixedStep,
     draw::{
@@ -56,6 +58,8 @@ pub(super) struct Swarm {
     moved_to: Option<Vec3>,
     /// For each of the two buffers between which the pool goes to and fro.
     drawn: Vec<(Buffer, Drawn)>,
+    /// If its particles paint.
+    taker: Option<Taker>,
 }
 
 /// For each of the two buffers between which the pool goes to and fro.
@@ -116,7 +120,7 @@ impl Swarm {
         (splats, shadow, volume): (Option<&Splats>, Option<&Shadow>, Option<&Volume>),
         plan: &EmitterPlan,
         law: &LawPlan,
-        seed: u32,
+        (seed, stream): (u32, u32),
     ) -> Result<Self, RunError> {
         let info = PoolInfo {
             capacity: plan.capacity,
@@ -160,7 +164,9 @@ impl Swarm {
         };
         let glows = Buffer::new(gpu, "particles.glow", size_of::<Glow>() as u64, Residence::Upload)?;
         let drawn = drawn(gpu, stage, (splats, shadow), (plan, look), &pool, &glows)?;
+        let drops = volume.and_then(Volume::drops).filter(|_| look.colliding.is_some());
         let mut made = Self {
+            taker: drops.map(|drops| drops.taker(&pool, stream as usize)).transpose()?,
             name: plan.name.clone(),
             clock: FixedStep::new(law.dt_s, u32::MAX),
             taken: 0,
@@ -250,6 +256,18 @@ impl Swarm {
     /// Whether it meets meshes: it steps when they do.
     pub fn collides(&self) -> bool {
         self.collides
+    }
+
+    /// Whether its particles become drops.
+    pub fn paints(&self) -> bool {
+        self.taker.is_some()
+    }
+
+    /// Records the drops that its particles are now.
+    pub fn record_drops(&self, rec: &mut Recorder<'_>) {
+        if let Some(taker) = &self.taker {
+            taker.record(rec, self.pool.particles());
+        }
     }
 
     fn drawn(&self) -> &Drawn {

@@ -145,7 +145,7 @@ impl World {
             return Ok(false);
         }
         if let Some((room, _)) = room {
-            room.record(rec, emitters)?;
+            room.record(rec, emitters);
         }
         emitters.record(rec);
         if let Some((room, shadow)) = room {

@@ -11,7 +11,7 @@ use super::{
     PlannedBuffer, Scene, SceneError,
 };
 use crate::mesh::{
-    cpu, shapes,
+    shapes,
     walls::{self, Side},
     Mesh, VERTEX_WORDS,
 };
@@ -354,23 +354,17 @@ impl MeshPlan {
         self.motion.moves() || self.mesh.rig.moves()
     }
 
-    /// Fastest move of any of its vertices (m/s): between keys of the scene, and of its own animation at 64 times.
-    pub fn fastest_mps(&self) -> f32 {
-        const LOOKS: u32 = 64;
-        let (low, high) = self.mesh.bounds_m();
-        let keyed_mps = self.motion.fastest_mps(low.abs().max(high.abs()).length());
-        let rig = &self.mesh.rig;
-        if !rig.moves() {
-            return keyed_mps;
+    /// No vertex goes a longer way in a step of `dt_s` than this by `dt_s` (m/s), by keys of the scene and its own.
+    pub fn fastest_mps(&self, dt_s: f64) -> f32 {
+        if !self.moves() {
+            return 0.0;
         }
-        let poses = (0..=LOOKS).map(|k| rig.pose_within(rig.period_s * k as f32 / LOOKS as f32));
-        let poses: Vec<_> = poses.collect();
-        let between_s = rig.period_s / LOOKS as f32;
-        let own = poses.windows(2).flat_map(|pair| {
-            let moved = cpu::pose(&self.mesh, &pair[1], &pair[0], &pair[1], 1.0 / between_s);
-            moved.into_iter().map(|(_, velocity)| velocity.length())
-        });
-        keyed_mps + self.motion.scale * own.fold(0.0, f32::max)
+        let own = self.mesh.extent(dt_s);
+        let far_m = self.motion.keys.iter().map(|key| Vec3::from(key.at_m).length()).fold(0.0, f32::max)
+            + self.motion.scale * own.reach_m;
+        // A velocity is a difference of rounded places.
+        let rounding_mps = 16.0 * f32::EPSILON * far_m / dt_s as f32;
+        self.motion.fastest_mps(own.reach_m) + self.motion.scale * own.speed_mps + rounding_mps
     }
 
     /// A box round it at `time_s` (m).

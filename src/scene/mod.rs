@@ -62,7 +62,7 @@ pub use measured::Measured;
 pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
 pub use motion::{Key, Motion};
 pub use node::Override;
-pub use paint::{PaintPlan, PaintScene, Painter};
+pub use paint::{PaintPlan, PaintScene, PaintedBy, Painter};
 pub use parameter::{Given, Parameter, Takes};
 pub use particles::{Draw, EffectScene, EmitterScene, LawScene, Throws};
 pub(crate) use plan::SHADOW_SIDE;

@@ -65,23 +65,33 @@ impl Motion {
         self.pose(self.within(time_s))
     }
 
-    /// The same, and a matrix whose difference from it, by the step of `dt_s` that ends at `time_s`, is the velocity: that of
-    /// the step, but never across the seam of the loop, where the mesh may jump, and none of a step of no length.
+    /// The same, and where the mesh was a step of `dt_s` before: what lies between is its way in the step, and by its length
+    /// its velocity. Where a loop jumps in the step, it is taken to have come as fast as it goes on. A step of no length
+    /// moves nothing.
     pub fn step(&self, time_s: f64, dt_s: f64) -> [Mat4; 2] {
-        let t_s = self.within(time_s);
-        let now = self.pose(t_s);
-        let has_ended = !self.loops && time_s - dt_s > self.period_s();
-        if !self.moves() || dt_s <= 0.0 || has_ended {
+        let now = self.at(time_s);
+        if !self.moves() || dt_s <= 0.0 {
             return [now, now];
         }
-        match t_s >= dt_s {
-            true => [now, self.pose(t_s - dt_s)],
-            // Just after the start or the seam: as fast as it goes on.
-            false => [now, now - (self.pose((t_s + dt_s).min(self.period_s())) - now)],
+        let t_s = self.within(time_s);
+        if self.loops && t_s < dt_s && self.jumps() {
+            return [now, now - (self.pose((t_s + dt_s).min(self.period_s())) - now)];
         }
+        [now, self.at(time_s - dt_s)]
     }
 
-    /// Fastest move of a point of the mesh at `reach_m` from its origin (m/s): of its keys.
+    /// Whether the last key is another place than the first, by more than how their numbers are written.
+    fn jumps(&self) -> bool {
+        let (first, last) = (&self.keys[0], &self.keys[self.keys.len() - 1]);
+        let (from, to) = (Vec3::from(first.at_m), Vec3::from(last.at_m));
+        let turns = (0..3).any(|k| {
+            let apart = (f64::from(last.turn_deg[k]) - f64::from(first.turn_deg[k])).rem_euclid(360.0);
+            apart.min(360.0 - apart) > 1e-3
+        });
+        turns || from.distance(to) > 1e-6 * from.length().max(to.length())
+    }
+
+    /// No point of the mesh within `reach_m` of its origin is faster (m/s), by these keys.
     pub fn fastest_mps(&self, reach_m: f32) -> f32 {
         let between = self.keys.windows(2).map(|pair| {
             let [from, to] = [&pair[0], &pair[1]];
@@ -124,5 +134,34 @@ mod tests {
         let once = Motion { loops: false, ..spin() };
         let [now, before] = once.step(3.0, 0.01);
         assert_eq!(now, before);
+    }
+
+    #[test]
+    fn what_turns_round_at_the_seam_or_ends_moves_by_its_way_in_the_step() {
+        let key = |t_s, x: f32, turn| Key { t_s, at_m: [x, 0.0, 0.3], turn_deg: [0.0, turn, 0.0] };
+        let swing = Motion {
+            keys: vec![key(0.0, 0.0, 0.0), key(1.0, 2.0, 90.0), key(2.0, 0.0, 0.0)],
+            loops: true,
+            scale: 1.5,
+        };
+        let once = Motion { loops: false, ..swing.clone() };
+        let late = Motion { keys: vec![key(0.5, 0.0, 0.0), key(1.0, 2.0, 90.0)], ..once.clone() };
+        let dt_s = 1.0 / 60.0;
+        for motion in [swing, once, late] {
+            for t_s in [
+                0.0,
+                0.25 * dt_s,
+                dt_s,
+                1.0,
+                1.0 + 0.3 * dt_s,
+                2.0,
+                2.0 + 0.4 * dt_s,
+                2.0 + dt_s,
+                40.0 + 0.9 * dt_s,
+            ] {
+                let [now, before] = motion.step(t_s, dt_s);
+                assert_eq!((now, before), (motion.at(t_s), motion.at(t_s - dt_s)), "{t_s} s");
+            }
+        }
     }
 }

@@ -1,18 +1,44 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[paint]`: what impacts leave on the meshes that they hit.
+//! `[paint]`: what particles leave on the meshes that they hit, or come near.
 
-use super::{meshes::MeshPlan, parse::Table, schema::LENGTH, EmitterPlan, Scene, SceneError};
-use crate::paint::{Atlas, Coat, Method};
+use super::{
+    meshes::MeshPlan,
+    parse::{Rule::Within, Table},
+    schema::LENGTH,
+    EmitterPlan, Scene, SceneError,
+};
+use crate::paint::{Atlas, Coat, Method, MOST_DROPS};
 use glam::UVec2;
 use serde::Serialize;
+use std::ops::Range;
 
-/// How impacts become paint.
+/// How particles become paint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PaintScene {
+    /// What paints.
+    pub from: PaintedBy,
+    /// Of particles, every so many steps each takes part once, 1..=1024, default 1: all in every step.
+    pub share: u32,
     /// Who finds the texels of a splotch: all of them paint the same.
     pub variant: Painter,
     /// Radius of a splotch (m).
     pub radius_m: f32,
+}
+
+/// What paints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PaintedBy {
+    /// Each impact, the mesh that it hit.
+    #[default]
+    Impacts,
+    /// Each particle in each step, whatever is nearer than the radius: the seed's.
+    Particles,
+}
+
+impl PaintedBy {
+    /// With their names.
+    pub const ALL: [(&str, Self); 2] = [("impacts", Self::Impacts), ("particles", Self::Particles)];
 }
 
 /// Who finds the texels of a splotch.
@@ -49,7 +75,14 @@ impl Painter {
 }
 
 pub(super) fn paint(mut table: Table<'_>) -> PaintScene {
+    let from = table.choice("from", &PaintedBy::ALL).unwrap_or_default();
+    let share = table.maybe("share", Within(1.0, 1024.0));
+    if share.is_some() && from == PaintedBy::Impacts {
+        table.conflict("share", "is for paint from particles; every impact paints");
+    }
     let paint = PaintScene {
+        from,
+        share: share.unwrap_or(1),
         variant: table.choice("variant", &Painter::ALL).unwrap_or_default(),
         radius_m: table.number("radius_m", LENGTH),
     };
@@ -66,6 +99,18 @@ pub struct PaintPlan {
     pub atlas: Atlas,
     /// What each emitter that collides leaves, in the order of the scene.
     pub coats: Vec<Coat>,
+    /// Places of each emitter among the drops that particles make: none where it does not collide, or impacts paint.
+    pub drops: Vec<Range<u32>>,
+}
+
+impl PaintPlan {
+    /// Drops of a step, at the most.
+    pub fn most_drops(&self, impacts: u32) -> u32 {
+        match self.scene.from {
+            PaintedBy::Impacts => impacts,
+            PaintedBy::Particles => self.drops.last().map_or(0, |last| last.end),
+        }
+    }
 }
 
 /// Texels beside a chart that take its paint.
@@ -110,6 +155,18 @@ impl Scene {
             orders.push(plan.capacity.saturating_mul(16));
         }
         Coat::take_turns(&mut coats, &orders).map_err(|invalid| refused("emitter", invalid.to_string()))?;
-        Ok(Some(PaintPlan { scene: scene.clone(), atlas, coats }))
+        let mut drops = Vec::new();
+        for (it, plan) in self.emitters.iter().zip(emitters) {
+            let first = drops.last().map_or(0, |last: &Range<u32>| last.end);
+            let is_taken = scene.from == PaintedBy::Particles && it.colliding().is_some();
+            drops.push(first..first.saturating_add(if is_taken { plan.capacity } else { 0 }));
+        }
+        let plan = PaintPlan { scene: scene.clone(), atlas, coats, drops };
+        let most = plan.most_drops(0);
+        if most > MOST_DROPS {
+            let reason = format!("{most} particles paint; allowed: {MOST_DROPS} in all");
+            return Err(refused("paint", reason));
+        }
+        Ok(Some(plan))
     }
 }

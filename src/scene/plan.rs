@@ -4,7 +4,7 @@
 
 use super::{
     choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
-    PaintPlan, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
+    PaintPlan, PaintedBy, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
 };
 use crate::{
     draw::{shadow::Shadow, TerrainGrid},
@@ -270,11 +270,7 @@ impl Plan {
         };
         if self.has_shadow() {
             let side = u64::from(SHADOW_SIDE);
-            add(
-                "draw.shadow (depth, its copy, a colour unused)",
-                Shadow::BYTES_A_TEXEL * side * side,
-                "mesh".into(),
-            );
+            add("draw.shadow (depth, its copy)", Shadow::BYTES_A_TEXEL * side * side, "mesh".into());
         }
         let pixels = u64::from(scene.output.size[0]) * u64::from(scene.output.size[1]);
         let size = "output.size";
@@ -323,7 +319,11 @@ impl Plan {
         if let Some(paint) = &scene.paint {
             self.passes.push(("paint.place, .blocks (of what moves)".into(), often));
             let method = paint.variant.name();
-            self.passes.push((format!("paint.mark, .bits, .drops, .{method}"), often));
+            let before = match paint.from {
+                PaintedBy::Impacts => "paint.mark, .bits, .drops",
+                PaintedBy::Particles => "paint.take",
+            };
+            self.passes.push((format!("{before}, .{method}"), often));
         }
         if self.has_shadow() {
             self.passes.push(("draw.shadow".into(), 1.0));

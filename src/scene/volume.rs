@@ -5,10 +5,11 @@ use super::{
     meshes::MeshPlan,
     parse::{Rule::Within, Table},
     schema::{LENGTH, PLACE},
-    EmitterScene, MeshScene, PaintPlan, PaintScene, PlannedBuffer, Scene, Throws, View,
+    EmitterScene, MeshScene, PaintPlan, PaintScene, PaintedBy, PlannedBuffer, Scene, Throws, View,
 };
 use crate::{
     cells::{Grid, MOST_CELLS},
+    particles::colliding::Surroundings,
     volume::Way,
 };
 use glam::{uvec3, UVec3, Vec3};
@@ -240,7 +241,7 @@ impl Scene {
         let dt_s = self.step_s(volume.dt_s);
         let movers = meshes.iter().filter(|mesh| mesh.solid && mesh.moves()).count();
         let still = meshes.iter().filter(|mesh| mesh.solid).count() - movers;
-        let [surface_mps, fastest_mps] = self.fastest_mps(volume, meshes);
+        let [surface_mps, fastest_mps] = self.fastest_mps(volume, meshes, dt_s);
         let cells_a_step = f64::from(surface_mps + fastest_mps) * dt_s / f64::from(volume.cell_m);
         let [x, y, z] = volume.cells;
         let reason = format!(
@@ -261,10 +262,9 @@ impl Scene {
     }
 
     /// Fastest surface, and fastest particle: thrown, pushed by that surface, and fallen as high as the volume is (m/s).
-    fn fastest_mps(&self, volume: &VolumeScene, meshes: &[MeshPlan]) -> [f32; 2] {
-        let surface = meshes.iter().filter(|mesh| mesh.solid).map(MeshPlan::fastest_mps);
-        // What lies between the keys that were looked at, and what interpolation adds to them.
-        let surface_mps = 1.25 * surface.fold(0.0, f32::max);
+    fn fastest_mps(&self, volume: &VolumeScene, meshes: &[MeshPlan], dt_s: f64) -> [f32; 2] {
+        let surface = meshes.iter().filter(|mesh| mesh.solid).map(|mesh| mesh.fastest_mps(dt_s));
+        let surface_mps = surface.fold(0.0, f32::max);
         let high_m = volume.high_m() - Vec3::from(volume.low_m);
         let thrown = self.emitters.iter().filter_map(|it| {
             let (Throws::Law(law), Some(colliding)) = (&it.throws, it.colliding()) else { return None };
@@ -284,6 +284,7 @@ impl VolumePlan {
         let [occupied, planes] = self.scene.bytes();
         add("cells.occupied", occupied, "volume");
         add("cells.planes", planes, "volume");
+        add("particles.near", Surroundings::bytes(&self.scene.grid()), "volume");
         add("impact.impacts", 64 * u64::from(self.scene.impacts), "volume.impacts");
         add("volume.first_keys, .second_keys, .still_keys", 16 * self.scene.count(), "volume");
         if let Some(paint) = paint {
@@ -294,7 +295,15 @@ impl VolumePlan {
                 28 * texels + texels / 2 + texels / 128,
                 "mesh.map",
             );
-            add("paint.drops, .homes", 20 * u64::from(self.scene.impacts), "volume.impacts");
+            let drops = paint.most_drops(self.scene.impacts);
+            let because =
+                if paint.scene.from == PaintedBy::Impacts { "volume.impacts" } else { "paint.from" };
+            add("paint.drops, .homes", 20 * u64::from(drops), because);
+            add(
+                "paint.masks",
+                u64::from(paint.atlas.blocks()) * 32 * u64::from(drops.div_ceil(256)),
+                because,
+            );
         }
     }
 }

@@ -171,6 +171,42 @@ fn the_gutter_holds_the_nearest_point_of_the_mesh() {
     }
 }
 
+#[test]
+fn what_is_painted_is_counted_without_the_gutter_and_what_is_nowhere_is_counted_too() {
+    let gpu = gpu();
+    let (block, ball) = (block(), shapes::sphere(0.4, 24));
+    let mut scene = Scene::new(&gpu, &[(&block, UVec2::splat(61)), (&ball, UVec2::splat(70))]);
+    // A corner of the block is nowhere, and the ball has no corner that is.
+    scene.places[2].y = f32::NAN;
+    scene.places[7].x = f32::NEG_INFINITY;
+    let six: Vec<[f32; 6]> = scene.places.iter().map(|p| [p.x, p.y, p.z, 0.0, 0.0, 0.0]).collect();
+    gpu.upload_to(&scene.place_buffer, &six).unwrap();
+    let want = cpu::place(&scene.atlas.texels, &scene.triangles, &scene.places);
+    for paint in formats(&gpu) {
+        let canvas = scene.canvas(&gpu, &paint);
+        let (positions, tiles, blocks) = canvas.download_places(&gpu).unwrap();
+        assert!(positions == want);
+        let is_wild = |it: &Bounds| it.covered > 0 && !(it.low_m.is_finite() && it.high_m.is_finite());
+        assert!(!tiles.iter().chain(&blocks).any(is_wild), "a box of no size");
+        let drops = gpu.upload("test.drops", &around(&block, 40, 1, 3)).unwrap();
+        let gather = paint.gather(&canvas, &drops, &coats(1)).unwrap();
+        gpu.once(|rec| gather.record(rec, Method::Sifted, &Taken::all(40), 0.2)).unwrap();
+        let texels = canvas.download(&gpu).unwrap();
+        let (mut beside, mut nowhere) = (0, 0);
+        for (mesh, (cover, map)) in canvas.covers(&gpu).unwrap().iter().zip(canvas.maps()).enumerate() {
+            let all = map.first_texel()..map.first_texel() + map.texels();
+            let is_painted = |i: &usize| texels[*i][3] > 0.0;
+            let (gutter, own): (Vec<usize>, Vec<usize>) =
+                all.clone().filter(is_painted).partition(|&i| scene.atlas.texels[i].is_gutter());
+            let lost = all.filter(|&i| scene.atlas.texels[i].triangle != 0 && want[i].triangle == 0).count();
+            assert_eq!((cover.painted, cover.nowhere), (own.len() as u64, lost as u64), "{mesh}");
+            assert!(!own.is_empty() && own.len() < scene.atlas.charts[mesh].covered as usize, "{mesh}");
+            (beside, nowhere) = (beside + gutter.len(), nowhere + lost);
+        }
+        assert!(beside > 5 && nowhere > 200, "{beside} beside a chart, {nowhere} nowhere");
+    }
+}
+
 /// Lookups at points of the mesh, corners and edges among them, after one coat on everything.
 fn least_and_most(gpu: &TestGpu, mesh: &Mesh, gutter: u32) -> (f32, f32) {
     let paint = Paint::new(gpu, Format::Floats).unwrap();

@@ -4,12 +4,17 @@
 
 use super::*;
 use common::gpu;
+use glam::dvec3;
+use whitecap::cells::Plane;
 use whitecap::{
     particles::{
         colliding::{Colliding, Method},
         Particle,
     },
-    study::arena::Arena,
+    study::{
+        arena::Arena,
+        host_cells::{self, cuboid, fill, Triangle},
+    },
 };
 
 /// Half of what the walls are thick: an eighth of a cell in all (m).
@@ -28,6 +33,40 @@ fn room() -> Vec<Body> {
         Body { mesh: shapes::cuboid(half), world, moves: false }
     };
     (0..3).flat_map(|axis| [plate(axis, -1.0), plate(axis, 1.0)]).collect()
+}
+
+#[test]
+fn cells_that_are_filled_on_the_host_hold_the_planes_that_the_kernels_keep() {
+    let gpu = gpu();
+    // A thin wall on a floor, a box that is turned, and a room: backs, corners, and what is parallel.
+    let mut triangles = cuboid(dvec3(-0.4, 0.3, -1.1), dvec3(0.9, 1.5, 0.1), true);
+    triangles.extend(cuboid(dvec3(0.11, 0.3, -1.0), dvec3(0.117, 0.9, -0.1), false));
+    let turn = glam::DQuat::from_rotation_y(0.4) * glam::DQuat::from_rotation_x(0.3);
+    triangles.extend(
+        cuboid(dvec3(-0.1, -0.1, -0.1), dvec3(0.12, 0.05, 0.14), false)
+            .into_iter()
+            .map(|it| Triangle { corners_m: it.corners_m.map(|at| turn * at + dvec3(0.5, 0.8, -0.5)), ..it }),
+    );
+    let grid = grid(21, 0.0713);
+    let filled = fill(&grid, &triangles);
+    let (kept, _) = conservative(&gpu, grid, &[still(host_cells::mesh("host", &triangles).unwrap())]);
+    let (mut cells, mut seconds) = (0, 0);
+    for i in kept.marked() {
+        cells += 1;
+        let (got, want) = (filled.planes_of(i), kept.planes_of(i));
+        assert_eq!(got.len(), want.len(), "cell {}", grid.cell(i));
+        seconds += want.len() - 1;
+        // Of what is as near, or as near a right angle, rounding takes one: what is compared is how good the second is.
+        let merit = |planes: &[Plane]| {
+            planes.get(1).map_or(0.0, |it| Vec3::from(it.normal).dot(planes[0].normal.into()).abs())
+        };
+        assert!((merit(got) - merit(want)).abs() < 1e-4, "cell {}: {got:?}, kept {want:?}", grid.cell(i));
+        // Two triangles of a side are one plane.
+        let has = |plane: &Plane| want.iter().any(|it| (it.triangle - 1) / 2 == (plane.triangle - 1) / 2);
+        assert!(got.iter().any(has), "cell {}: {got:?}, kept {want:?}", grid.cell(i));
+    }
+    assert_eq!(filled.marked(), kept.marked());
+    assert!(cells > 500 && seconds > 50, "{cells} cells, {seconds} with a second plane");
 }
 
 #[test]

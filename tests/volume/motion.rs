@@ -50,7 +50,7 @@ impl Rig {
 
     fn step(&self, gpu: &TestGpu, time_s: f64, dt_s: f64, worlds: &[[Mat4; 2]]) -> Read {
         gpu.once(|rec| {
-            self.meshes.record(rec, time_s, dt_s, worlds).unwrap();
+            self.meshes.record(rec, time_s, dt_s, worlds);
             rec.barrier(Meshes::EXIT, Conservative::ENTRY);
             self.volume.record(rec);
             rec.barrier(Conservative::EXIT, Access::ComputeReadWrite);

@@ -5,11 +5,11 @@
 
 use super::{Measured, Suite};
 use crate::{
-    cells::Grid,
+    cells::{Cells, Grid},
     gpu::Gpu,
     mesh::shapes,
     particles::{
-        colliding::{Colliding, Method},
+        colliding::{Colliding, Method, Surroundings},
         cpu_colliding::{self, Law, Scene},
         Options, Particle, Particles, Tuning,
     },
@@ -42,6 +42,34 @@ pub const SUITE: Suite = Suite {
         let mut arena = room(gpu, variant, size)?;
         let timing = runs::time(gpu, effort, |rec| arena.record(rec, DT_S))?;
         Ok(Measured { timing, items: f64::from(size), unit: "particle", bytes_per_item: 56.0 })
+    },
+};
+
+/// What is near the torus and the walls: run once for each change of the cells. `near/15`: the farthest that is looked.
+pub const NEAR: Suite = Suite {
+    sim: "particles",
+    variants: &["near/1", "near/3", "near/15"],
+    sizes: &[1 << 15, 1 << 21, 1 << 24],
+    largest_on_cpu: 1 << 21,
+    label: |size| size.to_string(),
+    run: |gpu, variant, size, effort| {
+        let reach = variant.rsplit('/').next().and_then(|word| word.parse().ok()).unwrap_or(1);
+        let small = surroundings(gpu, 1 << 15, reach)?;
+        gpu.once(|rec| small.record(rec))?;
+        let (read, got) = (small.cells().read(gpu)?, gpu.download::<u32>(small.near())?);
+        let want = cpu_colliding::near(&small.cells().grid(), &read.occupied, &read.planes, reach);
+        let wrong = got.iter().zip(&want).filter(|(one, other)| one != other).count();
+        if wrong > 0 {
+            let apart = wrong as f64 / want.len() as f64;
+            return Err(Error::Wrong { variant: variant.into(), apart, allowed: 0.0 });
+        }
+        let surroundings = surroundings(gpu, size, reach)?;
+        let timing = runs::time(gpu, effort, |rec| {
+            surroundings.record(rec);
+            rec.barrier(Surroundings::EXIT, Surroundings::ENTRY);
+        })?;
+        // A bit that is read, a bit and half a word that are written.
+        Ok(Measured { timing, items: f64::from(size), unit: "cell", bytes_per_item: 2.25 })
     },
 };
 
@@ -78,11 +106,23 @@ fn law(grid: Grid) -> Colliding {
     Colliding { restitution: 1.0, friction: 0.0, gravity_mps2: Vec3::ZERO, ..law }
 }
 
-fn room(gpu: &Gpu, variant: &str, count: u32) -> Result<Arena> {
-    let grid = grid(variant);
+/// Walls, and a torus between them.
+fn scene(gpu: &Gpu, grid: Grid) -> Result<Cells> {
     let half = DVec3::splat(f64::from(HALF_M));
     let walls = mesh("room", &cuboid(-half, half, true)).map_err(crate::mesh::MeshesError::from)?;
-    let cells = Arena::voxelise(gpu, grid, &[walls, shapes::torus(0.5, 0.12, 64)], false)?;
+    Arena::voxelise(gpu, grid, &[walls, shapes::torus(0.5, 0.12, 64)], false)
+}
+
+/// About a cube of so many cells.
+fn surroundings(gpu: &Gpu, cells: u32, reach: u32) -> Result<Surroundings> {
+    let side = f64::from(cells).cbrt().round() as u32;
+    let grid = Grid::new(Vec3::splat(-1.0), 2.0 / side as f32, UVec3::splat(side));
+    Ok(Surroundings::new(gpu, &scene(gpu, grid)?, reach)?)
+}
+
+fn room(gpu: &Gpu, variant: &str, count: u32) -> Result<Arena> {
+    let grid = grid(variant);
+    let cells = scene(gpu, grid)?;
     let mut options = Colliding::options(gpu);
     for (group, items) in variant.split('/').filter_map(|option| option.split_once('x')) {
         if let (Ok(group), Ok(items)) = (group.parse(), items.parse()) {

@@ -71,6 +71,7 @@ const SUITES: &[Suite] = &[
     volume::SUITE,
     paint::SUITE,
     colliding::SUITE,
+    colliding::NEAR,
     prims::SUITE,
 ];
 

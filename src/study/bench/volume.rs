@@ -142,14 +142,13 @@ impl Volume {
 
     /// Places as they are put.
     fn pose(&self, gpu: &Gpu) -> Result<()> {
-        let mut posed = Ok(());
         gpu.once(|rec| {
-            posed = self.meshes.record(rec, 0.0, 0.0, &[]);
+            self.meshes.record(rec, 0.0, 0.0, &[]);
             for reader in [Access::ComputeReadWrite, Access::GraphicsRead] {
                 rec.barrier(Meshes::EXIT, reader);
             }
         })?;
-        Ok(posed?)
+        Ok(())
     }
 
     fn record(&self, rec: &mut Recorder<'_>) {
