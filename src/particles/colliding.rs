@@ -8,7 +8,7 @@
 //! over it (it is then lifted out, at most half a radius a step); a cell holds two planes and borrows a third from its
 //! neighbours, more are lost; particles do not turn, and do not see each other.
 
-use super::{Compaction, Invalid, Law, Layout, Options, Tuning};
+use super::{Invalid, Law, Options};
 use crate::{
     cells::{Cells, Grid},
     gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource},
@@ -18,7 +18,7 @@ use crate::{
 use glam::{vec3, Vec3};
 
 /// How a particle meets the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd)]
 #[repr(u32)]
 pub enum Method {
     /// Looks up the cell it is in, is pushed out and reflected: the sample of 2007, with explicit Euler.
@@ -76,8 +76,6 @@ pub struct Colliding {
     pub friction: f32,
     /// How deep a particle may lie in a plane before that counts (m).
     pub slack_m: f32,
-    /// Cells within which [`Surroundings`] has looked: its own number.
-    pub reach: u32,
     /// No surface is faster (m/s).
     pub surface_mps: f32,
     /// By how much the cells are ahead of the start of a step (s): 0 if voxelised as the scene is then, the step's length if
@@ -112,7 +110,6 @@ impl Colliding {
             friction: 0.3,
             // What rounding does to a place, or a thousandth of the radius.
             slack_m: (1e-3 * radius_m).max(4.0 * f32::EPSILON * far.max_element()),
-            reach: 0,
             surface_mps: 0.0,
             lead_s: 0.0,
             source: 0,
@@ -159,21 +156,17 @@ impl Colliding {
     }
 
     /// Cells that a particle of `speed_mps` can come to touch in a step of `dt_s`: what [`Surroundings::new`] is asked for,
-    /// so that those that are no faster fly at the cost of one look.
+    /// so that those that are no faster fly at the cost of one look. It is what is looked at round the middle of the way.
     pub fn reach_of(&self, speed_mps: f32, dt_s: f32) -> u32 {
         let fall = 0.5 * self.gravity_mps2.abs().max_element() * dt_s * dt_s;
-        let far = speed_mps * dt_s + fall + self.radius_m + self.slack_m;
+        let far = 0.5 * (speed_mps * dt_s + fall) + self.radius_m + self.slack_m;
         let pad = self.surface_mps * (dt_s + self.lead_s) + 2e-3 * self.grid.cell_m;
-        (((far + pad) / self.grid.cell_m).ceil() as u32).clamp(1, Surroundings::MOST_REACH)
+        (((far + pad) / self.grid.cell_m).ceil() as u32 + 1).clamp(1, Surroundings::MOST_REACH)
     }
 
-    /// For a law this long: one particle an invocation.
+    /// Of the pool's own kernel, which only tells who flies freely: as for any short law.
     pub fn options(gpu: &Gpu) -> Options {
-        let tuning = match gpu.adapter().is_software() {
-            true => Tuning { group: 32, items: 1, gathers: false },
-            false => Tuning { group: 256, items: 1, gathers: true },
-        };
-        Options { compaction: Compaction::Stable, layout: Layout::Planes, tuning }
+        Options::for_device(gpu)
     }
 
     /// The kernel of a method.
@@ -182,8 +175,10 @@ impl Colliding {
             name: c"particles.colliding",
             spv: shaders::PARTICLES_COLLIDING_COMP,
             subgroups: None,
+            deferred: (method >= Method::OnePlane)
+                .then_some((c"particles.colliding_deferred", shaders::PARTICLES_COLLIDING_DEFERRED_COMP)),
             constants: method.constants(),
-            blocks: &["Occupied", "Planes", "Near", "Impacts", "Count"],
+            blocks: &["Deferred", "Occupied", "Planes", "Near", "Impacts", "Count"],
         }
     }
 }
@@ -200,17 +195,20 @@ pub struct NearParams {
     pub cell_m: f32,
 }
 
-/// What pools of the law collide with: cells, and which of them are near an occupied one.
+/// What pools of the law collide with: cells, and how far each is from an occupied one.
 pub struct Surroundings {
     cells: Cells,
     near: Buffer,
-    bound: Bound,
+    between: Buffer,
+    passes: [Bound; 4],
     reach: u32,
 }
 
 impl Surroundings {
     /// Most cells that are looked at on each side.
-    pub const MOST_REACH: u32 = 15;
+    pub const MOST_REACH: u32 = 14;
+
+    const PLANES: u32 = 3;
 
     /// What the cells must be visible to before [`Surroundings::record`].
     pub const ENTRY: Access = Access::ComputeReadWrite;
@@ -226,31 +224,59 @@ impl Surroundings {
     /// If `reach` is not 1 to [`Surroundings::MOST_REACH`].
     pub fn new(gpu: &Gpu, cells: &Cells, reach: u32) -> gpu::Result<Self> {
         assert!((1..=Self::MOST_REACH).contains(&reach), "a reach of {reach} cells");
-        let info = KernelInfo {
-            name: c"particles.near",
-            spv: shaders::PARTICLES_NEAR_COMP,
-            blocks: &["Occupied", "Planes", "Near"],
-            constants: &[],
+        let count = cells.grid().count() as u64;
+        let gaps = 4 * count.div_ceil(8);
+        let buffer = |name, bytes| Buffer::new(gpu, name, bytes, Residence::Device);
+        let near = buffer("particles.near", gaps + 8 * count)?;
+        let between = buffer("particles.near.between", gaps + 4)?; // eight cells may begin in the last word
+        gpu.once(|rec| {
+            rec.fill(&near, u32::MAX);
+            rec.fill(&between, 0);
+        })?;
+        let pass = |axis: u32, from: &Buffer, to: &Buffer| {
+            let info = KernelInfo {
+                name: c"particles.near",
+                spv: shaders::PARTICLES_NEAR_COMP,
+                blocks: &["Occupied", "Planes", "From", "Near"],
+                constants: &[axis],
+            };
+            Kernel::new::<NearParams>(gpu, &info)?.bind(&[
+                ("Occupied", cells.occupied().into()),
+                ("Planes", cells.planes().into()),
+                ("From", from.into()),
+                ("Near", to.into()),
+            ])
         };
-        let near = Buffer::new(gpu, "particles.near", 17 * cells.occupied().bytes(), Residence::Device)?;
-        gpu.once(|rec| rec.fill(&near, 0))?;
-        let bound = Kernel::new::<NearParams>(gpu, &info)?.bind(&[
-            ("Occupied", cells.occupied().into()),
-            ("Planes", cells.planes().into()),
-            ("Near", (&near).into()),
-        ])?;
-        Ok(Self { cells: cells.clone(), near, bound, reach })
+        let passes = [
+            pass(0, &between, &near)?,
+            pass(1, &near, &between)?,
+            pass(2, &between, &near)?,
+            pass(Self::PLANES, &between, &near)?,
+        ];
+        Ok(Self { cells: cells.clone(), near, between, passes, reach })
     }
 
     /// After each change of the cells, before the pools step.
     pub fn record(&self, rec: &mut Recorder<'_>) {
         let grid = self.cells.grid();
         let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
-        let groups = (self.near.bytes() / (17 * 4)).div_ceil(64) as u32;
-        let rows = groups.div_ceil(65_535).max(1);
         rec.span(c"particles.near", |rec| {
-            rec.dispatch(&self.bound, [groups.div_ceil(rows) * 64, rows, 1], &params);
+            for (axis, pass) in (0..).zip(&self.passes) {
+                // The last writes other words than those before it.
+                if axis > 0 && axis != Self::PLANES {
+                    rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+                }
+                let each = if axis == Self::PLANES { 1 } else { 8 };
+                let groups = grid.count().div_ceil(each * 64) as u32;
+                let rows = groups.div_ceil(65_535).max(1);
+                rec.dispatch(pass, [groups.div_ceil(rows) * 64, rows, 1], &params);
+            }
         });
+    }
+
+    /// Bytes on the device, beside the cells.
+    pub fn bytes(&self) -> u64 {
+        self.near.bytes() + self.between.bytes()
     }
 
     /// What a pool of the law binds.
@@ -264,12 +290,12 @@ impl Surroundings {
         ]
     }
 
-    /// For [`Colliding::reach`].
+    /// Cells within which it looks.
     pub fn reach(&self) -> u32 {
         self.reach
     }
 
-    /// A bit a cell: whether one within reach is occupied; then half a word each: which planes are met in it.
+    /// Four bits a cell: how many cells away the nearest occupied one is; then two words each: which planes are met in it, and where they end.
     pub fn near(&self) -> &Buffer {
         &self.near
     }

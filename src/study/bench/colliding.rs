@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Throughput of the law `colliding`: a room with a torus in it, elastic and without gravity, so that a run stays what it is.
-//! `free`: 128 cells a side, nine of ten particles have nothing in reach; `busy`: 24 cells, most have. Counted is a whole
-//! step: births, law, and the end of the impact stream.
+//! Throughput of the law `colliding`: a room with a torus in it, elastic and without gravity. `free`: 128 cells a side, nine
+//! of ten particles have nothing in the way; `busy`: 24 cells, a third is at a wall or the torus. Counted is a whole step:
+//! births, law, and the end of the impact stream. After a second of simulation all begin again where they began, since a
+//! method that leaks would else empty its room while it is timed. `near/REACH`: what a change of the scene costs beside,
+//! an item a cell of a cube of them.
 
-use super::{Measured, Suite};
+use super::{Effort, Measured, Suite};
 use crate::{
-    cells::Grid,
+    cells::{Cells, Grid},
     gpu::Gpu,
     mesh::shapes,
     particles::{
-        colliding::{Colliding, Method},
+        colliding::{Colliding, Method, Surroundings},
         cpu_colliding::{self, Law, Scene},
         Options, Particle, Particles, Tuning,
     },
@@ -27,27 +29,39 @@ pub const SUITE: Suite = Suite {
     sim: "particles",
     variants: &[
         "colliding/free",
-        "colliding/free/256x2",
-        "colliding/free/128x1",
+        "colliding/free/256x1",
         "colliding/free/seed",
         "colliding/busy",
         "colliding/busy/dda1",
         "colliding/busy/seed",
+        "near/2",
+        "near/14",
     ],
     sizes: &[1 << 20, 1 << 24],
     largest_on_cpu: 1 << 16,
     label: |size| size.to_string(),
     run: |gpu, variant, size, effort| {
+        if let Some(reach) = variant.strip_prefix("near/") {
+            return near(gpu, reach.parse().expect("a number of cells"), size, effort);
+        }
         check(gpu, variant)?;
-        let mut arena = room(gpu, variant, size)?;
-        let timing = runs::time(gpu, effort, |rec| arena.record(rec, DT_S))?;
+        let mut arena = room(gpu, variant, size)?.rewinds()?;
+        let mut at = 0;
+        let timing = runs::time(gpu, effort, |rec| {
+            if at % STEPS_A_SECOND == 0 {
+                arena.restart(rec);
+            }
+            at += 1;
+            arena.record(rec, DT_S);
+        })?;
         Ok(Measured { timing, items: f64::from(size), unit: "particle", bytes_per_item: 56.0 })
     },
 };
 
-const DT_S: f64 = 1.0 / 60.0;
+const STEPS_A_SECOND: u64 = 60;
+const DT_S: f64 = 1.0 / STEPS_A_SECOND as f64;
 const HALF_M: f32 = 0.97;
-/// Cells around a particle that are looked at once for all: what it can reach in a step.
+/// Cells that are looked at round the middle of a step's way.
 const REACH: u32 = 2;
 
 fn method_of(variant: &str) -> Method {
@@ -78,11 +92,27 @@ fn law(grid: Grid) -> Colliding {
     Colliding { restitution: 1.0, friction: 0.0, gravity_mps2: Vec3::ZERO, ..law }
 }
 
-fn room(gpu: &Gpu, variant: &str, count: u32) -> Result<Arena> {
-    let grid = grid(variant);
+fn scene(gpu: &Gpu, grid: Grid) -> Result<Cells> {
     let half = DVec3::splat(f64::from(HALF_M));
     let walls = mesh("room", &cuboid(-half, half, true)).map_err(crate::mesh::MeshesError::from)?;
-    let cells = Arena::voxelise(gpu, grid, &[walls, shapes::torus(0.5, 0.12, 64)], false)?;
+    Arena::voxelise(gpu, grid, &[walls, shapes::torus(0.5, 0.12, 64)], false)
+}
+
+fn near(gpu: &Gpu, reach: u32, count: u32, effort: Effort) -> Result<Measured> {
+    let side = f64::from(count).cbrt().round() as u32;
+    let grid = Grid::new(Vec3::splat(-1.0), 2.0 / side as f32, UVec3::splat(side));
+    let surroundings = Surroundings::new(gpu, &scene(gpu, grid)?, reach)?;
+    let timing = runs::time(gpu, effort, |rec| {
+        surroundings.record(rec);
+        rec.barrier(Surroundings::EXIT, Surroundings::ENTRY);
+    })?;
+    // A bit, four bits written three times and read twice, and two words.
+    Ok(Measured { timing, items: f64::from(side).powi(3), unit: "cell", bytes_per_item: 0.125 + 2.5 + 8.0 })
+}
+
+fn room(gpu: &Gpu, variant: &str, count: u32) -> Result<Arena> {
+    let grid = grid(variant);
+    let cells = scene(gpu, grid)?;
     let mut options = Colliding::options(gpu);
     for (group, items) in variant.split('/').filter_map(|option| option.split_once('x')) {
         if let (Ok(group), Ok(items)) = (group.parse(), items.parse()) {
@@ -99,9 +129,9 @@ fn check(gpu: &Gpu, variant: &str) -> Result<()> {
     let mut arena = room(gpu, variant, 2048)?;
     arena.steps(STEPS, DT_S)?;
     let (law, read) = (*arena.law(), arena.surroundings.cells().read(gpu)?);
-    let near = cpu_colliding::near(&law.grid, &read.occupied, &read.planes, law.reach);
+    let near = cpu_colliding::near(&law.grid, &read.occupied, &read.planes, REACH);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
-    let twin = Law { law: &law, method: method_of(variant), scene, tick: 0 };
+    let twin = Law { law: &law, method: method_of(variant), scene, tick: 0, step_s: DT_S as f32 };
     let mut want = crowd(&law.grid, 2048);
     for it in &mut want {
         (0..STEPS).for_each(|_| {
