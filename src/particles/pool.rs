@@ -218,7 +218,6 @@ pub struct Pool {
     prepare: Bound,
     advance: [Bound; 2],
     deferred: Option<[Bound; 2]>,
-    deferred_name: &'static CStr,
     params: StepParams,
     name: &'static CStr,
     options: Options,
