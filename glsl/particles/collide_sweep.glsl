@@ -153,34 +153,26 @@ void meet(Leg leg, uint plane, vec3 centre_m, vec3 window_m, uint home, uint sid
     }
 }
 
-// All planes of the occupied cells of a box. One loop for rows, cells and planes: those who go through it side by side then
-// meet a plane together, whatever the cells that each has to pass over.
+// All planes of the occupied cells of a box.
 void meet_box(Leg leg, ivec3 first, ivec3 last, bool asks_deep, inout Hit hit, inout vec3 deep_m) {
-    ivec3 next = first, row = first, cell = first;  // the next row of up to 32 cells, the one in hand, the cell in hand
-    uint cells = 0u, met = 0u, home = 0u;           // what is left of them
-    uvec2 known = ONLY_ONE;
-    while (met != 0u || cells != 0u || next.z <= last.z) {
-        while (met == 0u && cells == 0u && next.z <= last.z) {
-            row = next;
-            cells = occupied_bits(cell_index(law.grid, row), uint(min(last.x - row.x + 1, 32)));
-            next.x += 32;
-            if (next.x > last.x) next = ivec3(first.x, next.y + 1, next.z);
-            if (next.y > last.y) next = ivec3(first.x, first.y, next.z + 1);
-        }
-        if (met == 0u && cells != 0u) {
-            cell = ivec3(row.x + findLSB(cells), row.yz);
-            cells &= cells - 1u;
-            home = cell_index(law.grid, cell);
-            if (method == METHOD_TWO) known = known_at(law.grid, home);
-            met = met_of(known);
-        }
-        if (met != 0u) {
-            uint k = uint(findLSB(met));
-            met &= met - 1u;
-            ivec3 stored = cell_of_met(cell, k);
-            vec3 centre = cell_centre_m(law.grid, stored), window = cell_centre_m(law.grid, cell);
-            uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
-            meet(leg, plane, centre, window, home, sides_of(known, k), asks_deep, hit, deep_m);
+    for (int z = first.z; z <= last.z; ++z) {
+        for (int y = first.y; y <= last.y; ++y) {
+            for (int x = first.x; x <= last.x; x += 32) {
+                uint count = uint(min(last.x - x + 1, 32));
+                for (uint cells = occupied_bits(cell_index(law.grid, ivec3(x, y, z)), count); cells != 0u; cells &= cells - 1u) {
+                    ivec3 cell = ivec3(x + findLSB(cells), y, z);
+                    uint home = cell_index(law.grid, cell);
+                    uvec2 known = ONLY_ONE;
+                    if (method == METHOD_TWO) known = known_at(law.grid, home);
+                    for (uint met = met_of(known); met != 0u; met &= met - 1u) {
+                        uint k = uint(findLSB(met));
+                        ivec3 stored = cell_of_met(cell, k);
+                        vec3 centre = cell_centre_m(law.grid, stored), window = cell_centre_m(law.grid, cell);
+                        uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
+                        meet(leg, plane, centre, window, home, sides_of(known, k), asks_deep, hit, deep_m);
+                    }
+                }
+            }
         }
     }
 }

@@ -30,7 +30,7 @@ const DEFERRED_GROUP: u32 = 64;
 pub struct Particles {
     prepare: Kernel,
     advance: Kernel,
-    deferred: Option<Kernel>,
+    deferred: Option<(&'static CStr, Kernel)>,
     defers: bool,
     name: &'static CStr,
     options: Options,
@@ -78,11 +78,11 @@ impl Particles {
             blocks: &[&BLOCKS, law.blocks].concat(),
             constants: &[&own, law.constants].concat(),
         };
-        let deferred = |(name, spv)| {
+        let deferred = |(name, spv)| -> gpu::Result<_> {
             let blocks = &[&DEFERRED_BLOCKS, law.blocks].concat();
             let own = [DEFERRED_GROUP, compaction as u32, tuning.tile(), layout as u32];
             let constants = &[&own[..], law.constants].concat();
-            Kernel::new::<StepParams>(gpu, &KernelInfo { name, spv, blocks, constants })
+            Ok((name, Kernel::new::<StepParams>(gpu, &KernelInfo { name, spv, blocks, constants })?))
         };
         Ok(Self {
             deferred: law.deferred.map(deferred).transpose()?,
@@ -172,7 +172,7 @@ impl Particles {
             kernel.bind(&own.chain(listed).chain(resources.iter().copied()).collect::<Vec<_>>())
         };
         let deferred = match &self.deferred {
-            Some(kernel) => Some([bind_deferred(kernel, 1)?, bind_deferred(kernel, 0)?]),
+            Some((name, kernel)) => Some((*name, [bind_deferred(kernel, 1)?, bind_deferred(kernel, 0)?])),
             None => None,
         };
         let params = StepParams {
@@ -217,7 +217,7 @@ pub struct Pool {
     list: Buffer,
     prepare: Bound,
     advance: [Bound; 2],
-    deferred: Option<[Bound; 2]>,
+    deferred: Option<(&'static CStr, [Bound; 2])>,
     params: StepParams,
     name: &'static CStr,
     options: Options,
@@ -241,12 +241,10 @@ impl Pool {
         rec.span(self.name, |rec| {
             rec.dispatch_indirect(&self.advance[self.current], &self.state, 0, &params)
         });
-        if let Some(deferred) = &self.deferred {
+        if let Some((name, deferred)) = &self.deferred {
             rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
             rec.barrier(Access::ComputeWrite, Access::IndirectRead);
-            rec.span(c"particles.deferred", |rec| {
-                rec.dispatch_indirect(&deferred[self.current], &self.list, 0, &params)
-            });
+            rec.span(name, |rec| rec.dispatch_indirect(&deferred[self.current], &self.list, 0, &params));
         }
         self.current = 1 - self.current;
     }

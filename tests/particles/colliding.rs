@@ -96,6 +96,9 @@ fn every_method_is_its_twin() {
             let mut twin = crowd(301, 3.0);
             let law = *arena.law();
             let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
+            let on_gpu = gpu.download::<u32>(arena.surroundings.near()).unwrap();
+            let apart = on_gpu.iter().zip(&near).enumerate().find(|(_, (a, b))| a != b);
+            assert!(!gpu.is_exact() || apart.is_none(), "word {apart:x?} of what is near");
             for step in 0..25 {
                 arena.steps(1, DT_S).unwrap();
                 let tick = arena.pool.now();
