@@ -22,6 +22,10 @@ layout(constant_id = 4) const bool gathers = true;  // survivors of a tile, in s
 #include "particles/layouts.glsl"
 #include "particles/birth.glsl"
 #include "particles/args.glsl"
+#include "particles/numbers.glsl"
+#ifdef LAW_DEFERS
+#include "particles/deferred.glsl"
+#endif
 
 layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Emitters { Emitter emitters[]; };
@@ -42,9 +46,6 @@ shared uint counted[group];  // living particles of tiles before this one, in pa
 shared uint parts[PARTS];
 shared uint staged[2u * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
-
-// Below 2^127: neither infinite nor no number, and nowhere near NOWHERE_M.
-bool are_numbers(vec3 v) { return all(lessThan(floatBitsToUint(v) & 0x7fffffffu, uvec3(0x7f000000u))); }
 
 Particle born_at(uint j, out float left_s) {
     uint e = 0u;
@@ -78,30 +79,11 @@ uint rank_of(uint at) {
 }
 
 #ifdef LAW_DEFERS
-// Who takes long: by invocations side by side, so that those who do not need not wait for one among them.
-shared float deferred[7u * tile];  // at, velocity, time: a plane each
-shared uint deferred_born[tile];
-shared uint deferred_slot[tile];  // then whether it goes on
-shared uint deferred_count;
-
-void defer(uint q, Particle particle, float dt_s, uint slot) {
-    vec3 at = particle.at_m, velocity = particle.velocity_mps;
-    for (uint k = 0u; k < 3u; ++k) {
-        deferred[k * tile + q] = at[k];
-        deferred[(3u + k) * tile + q] = velocity[k];
-    }
-    deferred[6u * tile + q] = dt_s;
-    deferred_born[q] = particle.born;
-    deferred_slot[q] = slot;
-}
-
-Particle deferred_at(uint q) {
-    return Particle(vec3(deferred[q], deferred[tile + q], deferred[2u * tile + q]),
-                    vec3(deferred[3u * tile + q], deferred[4u * tile + q], deferred[5u * tile + q]), deferred_born[q]);
-}
+shared uint deferred_count, deferred_base;
 #endif
 
 uint law_tick() { return p.now; }
+float law_step_s() { return p.dt_s; }
 uint slot_now;  // set before each call of the law
 uint law_slot() { return slot_now; }
 
@@ -178,36 +160,17 @@ void main() {
 
     bool goes_on[items];
 #ifdef LAW_DEFERS
-    uint later[items];
-    [[unroll]] for (uint k = 0u; k < items; ++k) {
-        goes_on[k] = true;
-        later[k] = tile;
-        if (!lives[k]) continue;
-        slot_now = t * tile + k * group + lane;
-        if (!advance_at_once(it[k], dt_s[k])) {
-            later[k] = atomicAdd(deferred_count, 1u);
-            defer(later[k], it[k], dt_s[k], slot_now);
-        }
-    }
-    barrier();
-    for (uint q = lane; q < deferred_count; q += group) {
-        Particle one = deferred_at(q);
-        slot_now = deferred_slot[q];
-        bool is_on = advance(one, deferred[6u * tile + q]);
-        defer(q, one, 0.0, uint(is_on));
-    }
-    barrier();
-    [[unroll]] for (uint k = 0u; k < items; ++k) {
-        if (later[k] == tile) continue;
-        it[k] = deferred_at(later[k]);
-        goes_on[k] = deferred_slot[later[k]] != 0u;
-    }
-#else
-    [[unroll]] for (uint k = 0u; k < items; ++k) {
-        slot_now = t * tile + k * group + lane;
-        goes_on[k] = lives[k] && advance(it[k], dt_s[k]);
-    }
+    bool waits[items];
 #endif
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        slot_now = t * tile + k * group + lane;
+#ifdef LAW_DEFERS
+        goes_on[k] = lives[k];
+        waits[k] = lives[k] && !advance_at_once(it[k], dt_s[k]);
+#else
+        goes_on[k] = lives[k] && advance(it[k], dt_s[k]);
+#endif
+    }
 
     bool stays[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -275,12 +238,8 @@ void main() {
         }
     } else {
         [[unroll]] for (uint k = 0u; k < items; ++k) {
-            bool is_written = stays[k];
-            uint place = slot[k];
-            if (is_ranked) {
-                is_written = rank[k] < tile;
-                place = to + rank[k];
-            }
+            bool is_written = is_ranked ? rank[k] < tile : stays[k];
+            uint place = is_ranked ? to + rank[k] : slot[k];
             if (compaction == COMPACT_IN_PLACE) is_written = lives[k];  // a free slot is written by who is born there
             if (compaction == COMPACT_RING) is_written = t * tile + k * group + lane < all;
             if (compaction == COMPACT_ATOMIC && stays[k]) place = atomicAdd(pool.appended, 1u);
@@ -292,6 +251,7 @@ void main() {
                 place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
             }
 #endif
+            slot[k] = place;
             if (is_written) {
                 [[unroll]] for (uint w = 0u; w < 7u; ++w) {
                     if (has_word(w)) new_particles[place_of(w, place)] = word_of(it[k], w);
@@ -299,6 +259,25 @@ void main() {
             }
         }
     }
+#ifdef LAW_DEFERS
+    // A list of all workgroups together: each takes room for its own at once.
+    uint turn[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        if (waits[k] && stays[k]) turn[k] = atomicAdd(deferred_count, 1u);
+    }
+    barrier();
+    if (lane == 0u && deferred_count > 0u) {
+        deferred_base = atomicAdd(deferred.count, deferred_count);
+        uint groups = (deferred_base + deferred_count + DEFERRED_GROUP - 1u) / DEFERRED_GROUP;
+        atomicMax(deferred.groups_x, min(groups, MOST_DEFERRED_GROUPS));
+    }
+    barrier();
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        if (!waits[k] || !stays[k]) continue;
+        uint place = is_ranked && gathers ? to + rank[k] : slot[k];
+        deferred.list[deferred_base + turn[k]] = DeferredOne(place, t * tile + k * group + lane, dt_s[k]);
+    }
+#endif
     if (compaction == COMPACT_RING) {
         uint living = 0u;
         [[unroll]] for (uint k = 0u; k < items; ++k) living += uint(stays[k]);

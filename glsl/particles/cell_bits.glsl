@@ -15,21 +15,55 @@ const float ALIKE = 0.985;  // cosine of 10 degrees: nearer planes count as one,
 
 bool is_alike(Plane one, Plane other) { return abs(dotted(one.normal, other.normal)) > ALIKE; }
 
+// Unit; a component that is picked by a variable would be one in memory.
+uvec3 axis_of(uint face) { return uvec3(face < 2u, face >> 1u == 1u, face >= 4u); }
+
 // Planes that are met in a cell, by number: 0 and 1 are its own, then come two each of the cells beside it: -x, +x, -y, +y,
 // -z, +z. The cell that plane `k` is stored in, in slot k & 1.
 ivec3 cell_of_met(ivec3 cell, uint k) {
     if (k < 2u) return cell;
     uint face = (k >> 1u) - 1u;
-    ivec3 beside = cell;
-    beside[face >> 1u] += (face & 1u) == 0u ? -1 : 1;
-    return beside;
+    return cell + ivec3(axis_of(face)) * ((face & 1u) == 0u ? -1 : 1);
 }
 
 // Whether a cell that holds `one` and `two` lacks `lent`, which the cell beside it has: it is like neither, and goes through.
 bool is_missing(Plane lent, Plane one, Plane two, uint face, float cell_m) {
     if (is_alike(lent, one) || is_alike(lent, two)) return false;
     vec3 n = abs(lent.normal);
-    precise float away = lent.distance_m + lent.normal[face >> 1u] * ((face & 1u) == 0u ? cell_m : -cell_m);
+    precise float away = lent.distance_m + dotted(lent.normal, vec3(axis_of(face))) * ((face & 1u) == 0u ? cell_m : -cell_m);
     precise float half_m = ((n.x + n.y) + n.z) * (0.501 * cell_m);
     return abs(away) <= half_m;
 }
+
+// Of a cell with two planes, two words: which planes are met beside its own, and of each on which side of those two it goes on
+// round about. Who touches it on the other side touches nothing: a plane ends where it meets another at an edge, and only
+// the cells around tell where that is.
+//     x    bits 0 to 11: plane 2 + bit is met; 12, 13: where 0 is of 1, 3 if there is no plane 1; 14, 15: where 1 is of 0;
+//          from 16 on four bits each: where 2 to 5 are, of 0 and of 1
+//     y    likewise, 6 to 13
+const uint IS_BEHIND = 1u;
+const uint IS_BEFORE = 2u;  // neither: on both sides, or it is not known
+const uvec2 ONLY_ONE = uvec2(3u << 12u, 0u);
+
+// Numbers of the planes, as bits.
+uint met_of(uvec2 known) { return (known.x & 0xfffu) << 2u | ((known.x >> 12u & 3u) == 3u ? 1u : 3u); }
+
+// Where plane k goes on: of plane 0 in the low two bits, of plane 1 in the next.
+uint sides_of(uvec2 known, uint k) {
+    if (k == 0u) return (known.x >> 12u & 3u) == 3u ? 0u : (known.x >> 12u & 3u) << 2u;
+    if (k == 1u) return known.x >> 14u & 3u;
+    return (k < 6u ? known.x >> (4u * k + 8u) : known.y >> (4u * k - 24u)) & 15u;
+}
+
+#ifdef NEAR_BINDING
+// What `particles.near` has found. First four bits a cell: how many cells away the nearest occupied one is, 0 if it is itself;
+// one more than was looked at if there is none. Then what is known of the planes of each.
+layout(set = 0, binding = NEAR_BINDING, std430) readonly buffer Near { uint near[]; };
+
+int gap_at(uint cell) { return int(near[cell >> 3u] >> (4u * (cell & 7u)) & 15u); }
+
+uvec2 known_at(Grid grid, uint cell) {
+    uint from = (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 2u * cell;
+    return uvec2(near[from], near[from + 1u]);
+}
+#endif

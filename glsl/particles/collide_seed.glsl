@@ -32,7 +32,7 @@ void step_once_as_seed(inout vec3 at_m, inout vec3 velocity_mps, vec3 gravity_mp
 }
 
 void step_as_seed(inout Particle it, float dt_s) {
-    vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
+    vec3 gravity = gravity_mps2();
     uint parts = 1u;
     if (method == METHOD_SUBSTEPS) {
         precise float cells = sqrt(dotted(it.velocity_mps, it.velocity_mps)) * dt_s / law.grid.cell_m;

@@ -7,13 +7,13 @@
 // held there: in `held_pull` gravity and friction act along it.
 // CPU twin: particles::cpu_colliding.
 #include "particles/particle.glsl"
-#define LAW_DEFERS
-#define CELLS_OCCUPIED 7
-#define CELLS_PLANES 8
+#define CELLS_OCCUPIED (LAW_BLOCKS + 1)
+#define CELLS_PLANES (LAW_BLOCKS + 2)
+#define NEAR_BINDING (LAW_BLOCKS + 3)
 #include "cells/cells.glsl"
 #include "particles/cell_bits.glsl"
-#define IMPACTS_BINDING 10
-#define IMPACT_COUNT_BINDING 11
+#define IMPACTS_BINDING (LAW_BLOCKS + 4)
+#define IMPACT_COUNT_BINDING (LAW_BLOCKS + 5)
 #define IMPACT_PRODUCER
 #include "impact/impact.glsl"
 #include "common/random.glsl"
@@ -28,7 +28,6 @@ struct CollidingLaw {
     float restitution;    // e, 0 to 1
     float friction;       // mu, 0 or more
     float slack_m;        // how deep a particle may lie in a plane before that counts
-    uint reach;           // cells within which `near` has looked
     float surface_mps;    // no surface is faster
     float lead_s;         // by how much the cells are ahead of the start of the step
     uint source;          // what impacts say
@@ -43,7 +42,6 @@ struct CollidingLaw {
 };
 
 layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { CollidingLaw law; };
-layout(set = 0, binding = 9, std430) readonly buffer Near { uint near[]; };
 
 const uint METHOD_SEED = 0u;      // look up the cell it is in, push out and reflect
 const uint METHOD_APPROACH = 1u;  // the same, unless it is leaving
@@ -53,7 +51,10 @@ const uint METHOD_TWO = 4u;       // sweep, both
 layout(constant_id = LAW_CONSTANT) const uint method = METHOD_TWO;
 
 uint law_tick();
+float law_step_s();
 uint law_slot();
+
+vec3 gravity_mps2() { return vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2); }
 
 uint source_now() { return law.source + (law.sources > 1u ? law_slot() % law.sources : 0u); }
 
@@ -62,13 +63,32 @@ uint source_now() { return law.source + (law.sources > 1u ? law_slot() % law.sou
 
 const uint MOST_IMPACTS = 8u;
 const uint MOST_LEGS = 16u;
+const float SAME = 0.9999;          // cosine of 0.8 degrees
+const float SAME_SQ_M2PS2 = 1.0e-8;  // 0.1 mm/s apart
 
-// Planes that a particle rests or slides on in this step.
+// Planes that a particle rests or slides on in this step, as `Hit` has them. Not an array: those that are indexed by a
+// variable lie in memory.
 struct Held {
     uint count;
-    vec3 normals[3];
-    vec3 velocities_mps[3];
+    uvec3 planes;
 };
+
+uint held_at(Held held, uint i) { return i == 0u ? held.planes.x : i == 1u ? held.planes.y : held.planes.z; }
+
+// One and the same plane, of two cells, is held once.
+void hold(inout Held held, uint plane) {
+    if (held.count == 3u) return;
+    vec3 n = normal_of(plane), u = velocity_of(plane);
+    for (uint i = 0u; i < held.count; ++i) {
+        uint other = held_at(held, i);
+        precise vec3 apart = velocity_of(other) - u;
+        if (dotted(normal_of(other), n) > SAME && dotted(apart, apart) <= SAME_SQ_M2PS2) return;
+    }
+    if (held.count == 0u) held.planes.x = plane;
+    else if (held.count == 1u) held.planes.y = plane;
+    else held.planes.z = plane;
+    ++held.count;
+}
 
 // Part of the velocity along the surface that friction leaves, where `press` is the change of velocity into it.
 float kept_of(float slide, float press) {
@@ -85,7 +105,7 @@ vec3 held_pull(Held held, vec3 velocity_mps, vec3 gravity_mps2, float left_s) {
     uint rounds = held.count > 1u ? 4u : 1u;
     for (uint round = 0u; round < rounds; ++round) {
         for (uint i = 0u; i < held.count; ++i) {
-            vec3 n = held.normals[i], u = held.velocities_mps[i];
+            vec3 n = normal_of(held_at(held, i)), u = velocity_of(held_at(held, i));
             precise float leaving = dotted(velocity_mps - u, n);
             precise float pressing = dotted(end - u, n);
             precise float little = 0.01 * abs(dotted(gravity_mps2, n)) * left_s;
@@ -110,19 +130,16 @@ float rounding(float w, float a, float after_s, float rise_m) {
 }
 
 void collide(inout Particle it, float dt_s) {
-    vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
+    vec3 gravity = gravity_mps2();
     vec3 at = it.at_m, velocity = it.velocity_mps, pull = gravity, push = vec3(0.0);
     float left_s = dt_s;
     uint impacts = 0u;
-    Held held;
-    held.count = 0u;
+    Held held = Held(0u, uvec3(NO_PLANE));
     bool stops = false;
     for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
-        stops = leg == MOST_LEGS - 1u;
         vec3 deep = vec3(0.0);
-        precise float elapsed = (dt_s - left_s) - law.lead_s;
         precise vec3 moving = velocity + push;
-        Hit hit = first_hit(at, moving, pull, left_s, elapsed, leg == 0u, deep);
+        Hit hit = first_hit(Leg(at, moving, pull, elapsed_at(left_s)), left_s, leg == 0u, deep);
         if (leg == 0u && deep != vec3(0.0)) {
             // In a plane from the start: out of it within this step, but not by more than half a radius.
             float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));
@@ -130,8 +147,9 @@ void collide(inout Particle it, float dt_s) {
             push = out_of;
             continue;
         }
-        if (!hit.is_any) break;
-        vec3 n = hit.normal, u = hit.velocity_mps;
+        if (hit.plane == NO_PLANE) break;
+        stops = leg == MOST_LEGS - 1u;
+        vec3 n = normal_of(hit.plane), u = velocity_of(hit.plane);
         vec3 from = at;
         at = moved(at, moving, pull, hit.after_s);
         precise vec3 then = velocity + pull * hit.after_s;
@@ -164,15 +182,11 @@ void collide(inout Particle it, float dt_s) {
             velocity = after_it;
             if (!rests) {
                 precise vec3 touch = at - n * hit.distance_m;
-                append_impact(touch, n, seen, press, hit.triangle, law_slot() * 8u + impacts, source_now());
+                append_impact(touch, n, seen, press, planes[hit.plane & ~IS_BACK].triangle, law_slot() * 8u + impacts, source_now());
                 ++impacts;
             }
         }
-        if (is_slow && held.count < 3u) {
-            held.normals[held.count] = n;
-            held.velocities_mps[held.count] = u;
-            ++held.count;
-        }
+        if (is_slow) hold(held, hit.plane);
         if (left_s == 0.0) { stops = true; break; }
         pull = held.count > 0u ? held_pull(held, velocity, gravity, left_s) : gravity;
     }
@@ -196,15 +210,14 @@ void respawn(inout Particle it) {
     it.born = law_tick();
 }
 
-// Moves who has nothing in reach, and those of the seed's methods; false: `advance` must do it.
+// Moves who has nothing in the way, and those of the seed's methods; false: `advance` must do it.
 bool advance_at_once(inout Particle it, float dt_s) {
     if (dt_s > 0.0) {
         if (method >= METHOD_ONE) {
-            vec3 gravity = vec3(law.gravity_x_mps2, law.gravity_y_mps2, law.gravity_z_mps2);
-            if (!flies_freely(it.at_m, it.velocity_mps, gravity, dt_s)) return false;
-            vec3 velocity = it.velocity_mps;
-            precise vec3 end = velocity + gravity * dt_s;
-            it.at_m = moved(it.at_m, velocity, gravity, dt_s);
+            vec3 gravity = gravity_mps2(), from = it.at_m, to = moved(from, it.velocity_mps, gravity, dt_s);
+            if (!flies_freely(from, to, gravity, dt_s)) return false;
+            precise vec3 end = it.velocity_mps + gravity * dt_s;
+            it.at_m = to;
             it.velocity_mps = end;
         } else {
             step_as_seed(it, dt_s);

@@ -16,10 +16,13 @@ struct Particle {
 // and its specialization constants begin at `constant_id` LAW_CONSTANT; further blocks begin at binding LAW_BLOCKS. A law that
 // must know the time or the place declares
 //     uint law_tick();  // at the end of the step
+//     float law_step_s();  // length of the step: what is born in it has less left
 //     uint law_slot();  // of the particle in this step, births after the others: no two share one
-// which the advance defines (other passes that call a law: the tick). A law that takes long for a few defines LAW_DEFERS and
+// which the advance defines (other passes that call a law: the tick). A law that takes long for a few is two shaders: one
+// that defines LAW_DEFERS and
 //     bool advance_at_once(inout Particle particle, float dt_s)
-// which moves the others, and says of those few, whom it leaves as they are, that they must wait for `advance`.
+// which moves the others, and says of those few, whom it leaves as they are, that they must wait; and one of `advance` with
+// `particles/advance_deferred.glsl`, which moves those and binds less (`colliding.comp`, `colliding_deferred.comp`).
 #ifndef LAW_BINDING
 #define LAW_BINDING 5
 #endif

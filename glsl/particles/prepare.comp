@@ -17,6 +17,9 @@ layout(set = 0, binding = 2, std430) buffer Births { EmitterState births[]; };
 // Stable, ring: how many live in each tile, and (stable) in blocks of tiles.
 layout(set = 0, binding = 3, std430) buffer Places { uint places[]; };
 
+#define DEFERRED_BINDING 4
+#include "particles/deferred.glsl"
+
 layout(constant_id = 2) const uint tile = 1024u;  // slots that a workgroup of the advance takes
 
 shared uint drawn[256];
@@ -131,6 +134,8 @@ void main() {
     pool.free_first = (pool.free_first + taken) % (2u * p.capacity);  // the queue is a ring: a count would jump where it wraps
     pool.free_count -= taken;
     pool.taken = taken;
+    deferred.groups_x = deferred.count = 0u;
+    deferred.groups_y = deferred.groups_z = 1u;
     pool.first = first;
     pool.sources = sources;
     pool.births = taken_in;

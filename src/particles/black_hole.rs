@@ -179,7 +179,7 @@ impl BlackHole {
     /// The law for a pool, with [`BlackHole::constants`]; its numbers are [`BlackHole::numbers`].
     pub fn law(constants: &[u32; 4]) -> Law<'_> {
         let spv = shaders::PARTICLES_BLACK_HOLE_COMP;
-        Law { name: c"particles.black_hole", spv, subgroups: None, constants, blocks: &[] }
+        Law { name: c"particles.black_hole", spv, subgroups: None, deferred: None, constants, blocks: &[] }
     }
 
     /// The list of holes, as the GPU has it.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The law `colliding`: ballistic flight in a scene that lies as planes in cells. Reads
-//! `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl`.
+//! `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl` and `near.comp`.
 //!
 //! A pool of this law binds [`Surroundings::resources`]; `particles.near` runs once after each change of the cells. Between
 //! impacts a particle is on an exact parabola, and the time of an impact a root of a quadratic, so energy does not depend on
@@ -8,14 +8,17 @@
 //! over it (it is then lifted out, at most half a radius a step); a cell holds two planes and borrows a third from its
 //! neighbours, more are lost; particles do not turn, and do not see each other.
 
-pub use super::surroundings::{NearParams, Surroundings};
-
-use super::{Compaction, Invalid, Law, Layout, Options, Tuning};
-use crate::{cells::Grid, gpu::Gpu, shaders};
+use super::{Invalid, Law, Options};
+use crate::{
+    cells::{Cells, Grid},
+    gpu::{self, Access, Bound, Buffer, Gpu, Kernel, KernelInfo, Recorder, Residence, Resource},
+    impact::Stream,
+    shaders,
+};
 use glam::{vec3, Vec3};
 
 /// How a particle meets the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd)]
 #[repr(u32)]
 pub enum Method {
     /// Looks up the cell it is in, is pushed out and reflected: the sample of 2007, with explicit Euler.
@@ -73,8 +76,6 @@ pub struct Colliding {
     pub friction: f32,
     /// How deep a particle may lie in a plane before that counts (m).
     pub slack_m: f32,
-    /// Cells within which [`Surroundings`] has looked: its own number.
-    pub reach: u32,
     /// No surface is faster (m/s).
     pub surface_mps: f32,
     /// By how much the cells are ahead of the start of a step (s): 0 if voxelised as the scene is then, the step's length if
@@ -109,7 +110,6 @@ impl Colliding {
             friction: 0.3,
             // What rounding does to a place, or a thousandth of the radius.
             slack_m: (1e-3 * radius_m).max(4.0 * f32::EPSILON * far.max_element()),
-            reach: 0,
             surface_mps: 0.0,
             lead_s: 0.0,
             source: 0,
@@ -156,21 +156,17 @@ impl Colliding {
     }
 
     /// Cells that a particle of `speed_mps` can come to touch in a step of `dt_s`: what [`Surroundings::new`] is asked for,
-    /// so that those that are no faster fly at the cost of one look.
+    /// so that those that are no faster fly at the cost of one look. It is what is looked at round the middle of the way.
     pub fn reach_of(&self, speed_mps: f32, dt_s: f32) -> u32 {
         let fall = 0.5 * self.gravity_mps2.abs().max_element() * dt_s * dt_s;
-        let far = speed_mps * dt_s + fall + self.radius_m + self.slack_m;
+        let far = 0.5 * (speed_mps * dt_s + fall) + self.radius_m + self.slack_m;
         let pad = self.surface_mps * (dt_s + self.lead_s) + 2e-3 * self.grid.cell_m;
-        (((far + pad) / self.grid.cell_m).ceil() as u32).clamp(1, Surroundings::MOST_REACH)
+        (((far + pad) / self.grid.cell_m).ceil() as u32 + 1).clamp(1, Surroundings::MOST_REACH)
     }
 
-    /// For a law this long: one particle an invocation.
+    /// Of the pool's own kernel, which only tells who flies freely: as for any short law.
     pub fn options(gpu: &Gpu) -> Options {
-        let tuning = match gpu.adapter().is_software() {
-            true => Tuning { group: 32, items: 1, gathers: false },
-            false => Tuning { group: 256, items: 1, gathers: true },
-        };
-        Options { compaction: Compaction::Stable, layout: Layout::Planes, tuning }
+        Options::for_device(gpu)
     }
 
     /// The kernel of a method.
@@ -179,8 +175,138 @@ impl Colliding {
             name: c"particles.colliding",
             spv: shaders::PARTICLES_COLLIDING_COMP,
             subgroups: None,
+            deferred: (method >= Method::OnePlane)
+                .then_some((c"particles.colliding_deferred", shaders::PARTICLES_COLLIDING_DEFERRED_COMP)),
             constants: method.constants(),
-            blocks: &["Occupied", "Planes", "Near", "Impacts", "Count"],
+            blocks: &["Deferred", "Occupied", "Planes", "Near", "Impacts", "Count"],
         }
+    }
+}
+
+/// Push constants: `NearParams` in `glsl/particles/near.comp`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct NearParams {
+    /// Along x, y and z.
+    pub cells: [u32; 3],
+    /// How far is looked.
+    pub reach: u32,
+    /// Side of a cell (m).
+    pub cell_m: f32,
+}
+
+/// What pools of the law collide with: cells, and how far each is from an occupied one.
+pub struct Surroundings {
+    cells: Cells,
+    near: Buffer,
+    between: Buffer,
+    passes: [Bound; 4],
+    reach: u32,
+}
+
+impl Surroundings {
+    /// Most cells that are looked at on each side.
+    pub const MOST_REACH: u32 = 14;
+
+    const PLANES: u32 = 3;
+
+    /// What the cells must be visible to before [`Surroundings::record`].
+    pub const ENTRY: Access = Access::ComputeReadWrite;
+    /// How [`Surroundings::record`] touched its own last.
+    pub const EXIT: Access = Access::ComputeReadWrite;
+
+    /// Of `cells`, looked at within `reach` cells. Nothing is near before the first [`Surroundings::record`].
+    ///
+    /// # Errors
+    /// The device's.
+    ///
+    /// # Panics
+    /// If `reach` is not 1 to [`Surroundings::MOST_REACH`].
+    pub fn new(gpu: &Gpu, cells: &Cells, reach: u32) -> gpu::Result<Self> {
+        assert!((1..=Self::MOST_REACH).contains(&reach), "a reach of {reach} cells");
+        let [near, between] = Self::words(&cells.grid()).map(|words| 4 * words);
+        let buffer = |name, bytes| Buffer::new(gpu, name, bytes, Residence::Device);
+        let near = buffer("particles.near", near)?;
+        let between = buffer("particles.near.between", between)?;
+        gpu.once(|rec| {
+            rec.fill(&near, u32::MAX);
+            rec.fill(&between, 0);
+        })?;
+        let pass = |axis: u32, from: &Buffer, to: &Buffer| {
+            let info = KernelInfo {
+                name: c"particles.near",
+                spv: shaders::PARTICLES_NEAR_COMP,
+                blocks: &["Occupied", "Planes", "From", "Near"],
+                constants: &[axis],
+            };
+            Kernel::new::<NearParams>(gpu, &info)?.bind(&[
+                ("Occupied", cells.occupied().into()),
+                ("Planes", cells.planes().into()),
+                ("From", from.into()),
+                ("Near", to.into()),
+            ])
+        };
+        let passes = [
+            pass(0, &between, &near)?,
+            pass(1, &near, &between)?,
+            pass(2, &between, &near)?,
+            pass(Self::PLANES, &between, &near)?,
+        ];
+        Ok(Self { cells: cells.clone(), near, between, passes, reach })
+    }
+
+    /// After each change of the cells, before the pools step.
+    pub fn record(&self, rec: &mut Recorder<'_>) {
+        let grid = self.cells.grid();
+        let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
+        rec.span(c"particles.near", |rec| {
+            for (axis, pass) in (0..).zip(&self.passes) {
+                // The last writes other words than those before it.
+                if axis > 0 && axis != Self::PLANES {
+                    rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+                }
+                let each = if axis == Self::PLANES { 1 } else { 8 };
+                let groups = grid.count().div_ceil(each * 64) as u32;
+                let rows = groups.div_ceil(65_535).max(1);
+                rec.dispatch(pass, [groups.div_ceil(rows) * 64, rows, 1], &params);
+            }
+        });
+    }
+
+    /// Bytes on the device beside the cells, for a grid.
+    pub fn bytes(grid: &Grid) -> u64 {
+        Self::words(grid).map(|words| 4 * words).iter().sum()
+    }
+
+    /// Of what is found, and of what lies between the passes: eight cells may begin in its last word.
+    fn words(grid: &Grid) -> [u64; 2] {
+        let count = grid.count() as u64;
+        [count.div_ceil(8) + 2 * count, count.div_ceil(8) + 1]
+    }
+
+    /// What a pool of the law binds.
+    pub fn resources<'a>(&'a self, stream: &'a Stream) -> [(&'static str, Resource<'a>); 5] {
+        [
+            ("Occupied", self.cells.occupied().into()),
+            ("Planes", self.cells.planes().into()),
+            ("Near", (&self.near).into()),
+            ("Impacts", stream.impacts().into()),
+            ("Count", stream.count().into()),
+        ]
+    }
+
+    /// Cells within which it looks.
+    pub fn reach(&self) -> u32 {
+        self.reach
+    }
+
+    /// Four bits a cell: how many cells away the nearest occupied one is; then two words each: which planes are met in it, and where they end.
+    pub fn near(&self) -> &Buffer {
+        &self.near
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &Cells {
+        &self.cells
     }
 }

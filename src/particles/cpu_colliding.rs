@@ -4,7 +4,7 @@
 pub use super::cpu_near::near;
 use super::{
     colliding::{Colliding, Method},
-    cpu_near::{bit, cell_of_met, dotted},
+    cpu_near::{bit, cell_of_met, dotted, gap, known, met_of, sides_of},
     Particle,
 };
 use crate::{
@@ -17,8 +17,11 @@ use glam::{IVec3, UVec3, Vec3};
 const NEVER_S: f32 = 3.0e38;
 const MOST_PIECES: f32 = 4096.0;
 const RIM: f32 = 1.0e-3;
+const BEYOND: f32 = 0.1;
 const MOST_IMPACTS: u32 = 8;
 const MOST_LEGS: u32 = 16;
+const SAME: f32 = 0.9999;
+const SAME_SQ_M2PS2: f32 = 1.0e-8;
 
 /// The scene on the host.
 #[derive(Clone, Copy, Debug)]
@@ -42,16 +45,28 @@ pub struct Law<'a> {
     pub scene: Scene<'a>,
     /// `law_tick()`.
     pub tick: u32,
+    /// `law_step_s()`.
+    pub step_s: f32,
+}
+
+#[derive(Clone, Copy)]
+struct Met {
+    number: usize,
+    is_back: bool,
 }
 
 #[derive(Clone, Copy)]
 struct Hit {
-    is_any: bool,
     after_s: f32,
     distance_m: f32,
-    normal: Vec3,
-    velocity_mps: Vec3,
-    triangle: u32,
+    met: Option<Met>,
+}
+
+/// A cell in which a plane is felt, and where the plane goes on, of the cell's own two.
+struct Window {
+    centre_m: Vec3,
+    home: usize,
+    sides: [u32; 2],
 }
 
 /// A parabola, and when in the step it begins.
@@ -95,10 +110,6 @@ fn rounding(w: f32, a: f32, after: f32, rise: f32) -> f32 {
     }
 }
 
-fn farthest(velocity: Vec3, pull: Vec3, left: f32) -> Vec3 {
-    velocity.abs() * left + pull.abs() * (0.5 * left * left)
-}
-
 impl Law<'_> {
     /// Twin of `advance`. Impacts are added to `impacts`.
     pub fn advance(&self, it: &mut Particle, dt_s: f32, slot: u32, impacts: &mut Vec<Impact>) -> bool {
@@ -123,28 +134,56 @@ impl Law<'_> {
         self.scene.planes[2 * cell + slot]
     }
 
-    fn padding_m(&self, left: f32, elapsed: f32) -> f32 {
-        let law = self.law;
-        ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * (left + elapsed.abs())
+    fn elapsed_at(&self, left: f32) -> f32 {
+        (self.step_s - left) - self.law.lead_s
     }
 
-    fn flies_freely(&self, at: Vec3, velocity: Vec3, pull: Vec3, dt: f32) -> bool {
-        let law = self.law;
-        let most = farthest(velocity, pull, dt).max_element() + self.padding_m(dt, law.lead_s);
-        let cell = law.grid.index(law.grid.cell_of(at));
-        cell.is_some_and(|i| most <= law.reach as f32 * law.grid.cell_m && !bit(self.scene.near, i))
+    fn padding_m(&self, left: f32, elapsed: f32) -> f32 {
+        let (law, most) = (self.law, elapsed.abs().max((elapsed + left).abs()));
+        ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * most
+    }
+
+    fn cells_of_way(&self, from: Vec3, to: Vec3, pad: Vec3) -> [IVec3; 2] {
+        let (grid, most) = (&self.law.grid, UVec3::from(self.law.grid.cells).as_vec3());
+        let (low, high) = (from.min(to) - pad, from.max(to) + pad);
+        let first = grid.place(low).floor().clamp(Vec3::ZERO, most).as_ivec3();
+        [first, grid.place(high).floor().clamp(Vec3::NEG_ONE, most - 1.0).as_ivec3()]
+    }
+
+    fn room_of(&self, first: IVec3, last: IVec3) -> i32 {
+        if first.cmpgt(last).any() {
+            return 0;
+        }
+        let middle = (first + last) >> 1;
+        let cell = self.law.grid.index(middle).expect("in the grid");
+        gap(self.scene.near, cell) - 1 - (middle - first).max(last - middle).max_element()
+    }
+
+    fn flies_freely(&self, from: Vec3, to: Vec3, pull: Vec3, dt: f32) -> bool {
+        let pad = Vec3::splat(self.padding_m(dt, self.elapsed_at(dt))) + pull.abs() * (0.125 * dt * dt);
+        let [first, last] = self.cells_of_way(from, to, pad);
+        self.room_of(first, last) >= 0
     }
 
     fn is_in_cell(&self, from_centre: Vec3) -> bool {
         from_centre.abs().max_element() <= (0.5 + RIM) * self.law.grid.cell_m
     }
 
+    fn is_there(&self, foot: Vec3, window: &Window) -> bool {
+        let is_within = |(side, plane): (u32, &Plane)| {
+            let over = dotted(plane.normal.into(), foot) + plane.distance_m;
+            side == 0 || if side == 1 { over } else { -over } <= BEYOND * self.law.grid.cell_m
+        };
+        let own = &self.scene.planes[2 * window.home..][..2];
+        self.is_in_cell(foot) && window.sides.into_iter().zip(own).all(is_within)
+    }
+
     fn meet(
         &self,
         leg: &Leg,
-        plane: &Plane,
+        (number, plane): (usize, &Plane),
         centre: Vec3,
-        window: Vec3,
+        window: &Window,
         hit: &mut Hit,
         deep: Option<&mut Vec3>,
     ) {
@@ -155,11 +194,11 @@ impl Law<'_> {
         let (d, radius, slack) = (along.abs(), self.law.radius_m, self.law.slack_m);
         let seen = leg.velocity_mps - u;
         let (w, a) = (dotted(n, seen), dotted(n, leg.pull_mps2));
-        let from_window = leg.at_m - (window + u * leg.elapsed_s);
+        let from_window = leg.at_m - (window.centre_m + u * leg.elapsed_s);
         let shallow = radius - slack;
         if let Some(deep) = deep {
             let more = (radius - d) - dotted(*deep, n);
-            if d < shallow && more > 0.0 && self.is_in_cell(from_window - n * d) {
+            if d < shallow && more > 0.0 && self.is_there(from_window - n * d, window) {
                 *deep += n * more;
             }
         }
@@ -178,21 +217,14 @@ impl Law<'_> {
             }
             let mut then = after(time);
             let foot = (from_window + (seen * time + leg.pull_mps2 * (0.5 * time * time))) - n * then;
-            if !self.is_in_cell(foot) {
+            if !self.is_there(foot, window) {
                 continue;
             }
             if level == 2 {
                 time = time.min(fall_s(d - slack.min(d), w, a));
                 then = after(time);
             }
-            *hit = Hit {
-                is_any: true,
-                after_s: time,
-                distance_m: then,
-                normal: n,
-                velocity_mps: u,
-                triangle: plane.triangle,
-            };
+            *hit = Hit { after_s: time, distance_m: then, met: Some(Met { number, is_back: along < 0.0 }) };
             return;
         }
     }
@@ -200,25 +232,24 @@ impl Law<'_> {
     fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
-        let met = match self.method {
-            Method::TwoPlanes => {
-                self.scene.near[self.scene.occupied.len() + i / 2] >> (16 * (i % 2)) & 0xffff
-            }
-            _ => 1,
+        let known = match self.method {
+            Method::TwoPlanes => known(self.scene.near, grid.count(), i),
+            _ => [3 << 12, 0],
         };
-        for k in (0..14).filter(|k| met >> k & 1 != 0) {
+        for k in (0..14).filter(|k| met_of(known) >> k & 1 != 0) {
             let stored = cell_of_met(cell, k);
-            let plane = self.plane(grid.index(stored).expect("in the grid"), k & 1);
-            self.meet(leg, &plane, grid.centre_m(stored), grid.centre_m(cell), hit, deep.as_deref_mut());
+            let number = 2 * grid.index(stored).expect("in the grid") + (k & 1);
+            let plane = (number, &self.scene.planes[number]);
+            let window = Window { centre_m: grid.centre_m(cell), home: i, sides: sides_of(known, k) };
+            self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());
         }
     }
 
     fn first_hit(&self, leg: &Leg, left: f32, mut deep: Option<&mut Vec3>) -> Hit {
         let grid = &self.law.grid;
-        let (velocity_mps, normal) = (Vec3::ZERO, Vec3::ZERO);
-        let mut hit =
-            Hit { is_any: false, after_s: left, distance_m: 0.0, normal, velocity_mps, triangle: 0 };
-        let cells = farthest(leg.velocity_mps, leg.pull_mps2, left).max_element() / grid.cell_m;
+        let mut hit = Hit { after_s: left, distance_m: 0.0, met: None };
+        let fastest = leg.velocity_mps.abs() + leg.pull_mps2.abs() * left;
+        let cells = fastest.max_element() * left / grid.cell_m;
         if cells >= NEVER_S || cells.is_nan() {
             return hit;
         }
@@ -226,29 +257,39 @@ impl Law<'_> {
         let piece_s = left / pieces;
         let pad = Vec3::splat(self.padding_m(left, leg.elapsed_s))
             + leg.pull_mps2.abs() * (0.125 * piece_s * piece_s);
-        let most = UVec3::from(grid.cells).as_vec3();
-        let mut to = leg.at_m;
-        for piece in 0..pieces as u32 {
-            if hit.after_s <= piece_s * piece as f32 {
-                break;
-            }
-            let from = to;
-            to = moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, piece_s * (piece + 1) as f32);
-            let (low, high) = (from.min(to) - pad, from.max(to) + pad);
-            let first = grid.place(low).floor().clamp(Vec3::ZERO, most).as_ivec3();
-            let last = grid.place(high).floor().clamp(Vec3::NEG_ONE, most - 1.0).as_ivec3();
-            for z in first.z..=last.z {
-                for y in first.y..=last.y {
-                    for x in first.x..=last.x {
-                        let cell = IVec3::new(x, y, z);
-                        if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
-                            self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
+        let at = |after| moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, after);
+        let mut piece = 0.0;
+        while piece < pieces && hit.after_s > piece_s * piece {
+            let [first, last] = self.cells_of_way(at(piece_s * piece), at(piece_s * (piece + 1.0)), pad);
+            let room = self.room_of(first, last);
+            if room < 0 {
+                for z in first.z..=last.z {
+                    for y in first.y..=last.y {
+                        for x in first.x..=last.x {
+                            let cell = IVec3::new(x, y, z);
+                            if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
+                                self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
+                            }
                         }
                     }
                 }
             }
+            piece += 1.0 + room.max(0) as f32;
         }
         hit
+    }
+
+    fn surface(&self, met: Met) -> (Vec3, Vec3) {
+        let plane = &self.scene.planes[met.number];
+        let normal = Vec3::from(plane.normal);
+        (if met.is_back { -normal } else { normal }, plane.velocity_mps.into())
+    }
+
+    fn hold(&self, held: &mut Vec<(Vec3, Vec3)>, (n, u): (Vec3, Vec3)) {
+        let is_same = |&(m, w): &(Vec3, Vec3)| dotted(m, n) > SAME && dotted(w - u, w - u) <= SAME_SQ_M2PS2;
+        if held.len() < 3 && !held.iter().any(is_same) {
+            held.push((n, u));
+        }
     }
 
     fn kept_of(&self, slide: f32, press: f32) -> f32 {
@@ -282,14 +323,13 @@ impl Law<'_> {
         let gravity = law.gravity_mps2;
         let (mut at, mut velocity, mut pull, mut push) = (it.at_m, it.velocity_mps, gravity, Vec3::ZERO);
         let mut left = dt;
-        if !self.flies_freely(at, velocity, gravity, dt) {
+        if !self.flies_freely(at, moved(at, velocity, gravity, dt), gravity, dt) {
             let mut count = 0;
             let mut held: Vec<(Vec3, Vec3)> = Vec::with_capacity(3);
             let mut stops = false;
             for number in 0..MOST_LEGS {
-                stops = number == MOST_LEGS - 1;
                 let mut deep = Vec3::ZERO;
-                let elapsed_s = (dt - left) - law.lead_s;
+                let elapsed_s = self.elapsed_at(left);
                 let moving = velocity + push;
                 let leg = Leg { at_m: at, velocity_mps: moving, pull_mps2: pull, elapsed_s };
                 let hit = self.first_hit(&leg, left, (number == 0).then_some(&mut deep));
@@ -298,10 +338,9 @@ impl Law<'_> {
                     push = deep * ((most / deepest).min(1.0) / left);
                     continue;
                 }
-                if !hit.is_any {
-                    break;
-                }
-                let (n, u) = (hit.normal, hit.velocity_mps);
+                let Some(met) = hit.met else { break };
+                stops = number == MOST_LEGS - 1;
+                let (n, u) = self.surface(met);
                 let from = at;
                 at = moved(at, moving, pull, hit.after_s);
                 let rise = dotted(at - from, n) - dotted(u, n) * hit.after_s;
@@ -335,7 +374,7 @@ impl Law<'_> {
                             normal: n,
                             impulse_mps: press,
                             velocity_mps: seen,
-                            triangle: hit.triangle,
+                            triangle: self.scene.planes[met.number].triangle,
                             mesh: NO_MESH,
                             source: self.source(slot),
                             ..Impact::default()
@@ -343,8 +382,8 @@ impl Law<'_> {
                         count += 1;
                     }
                 }
-                if is_slow && held.len() < 3 {
-                    held.push((n, u));
+                if is_slow {
+                    self.hold(&mut held, (n, u));
                 }
                 if left == 0.0 {
                     stops = true;

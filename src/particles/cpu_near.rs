@@ -1,50 +1,146 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Twin of `glsl/particles/{near.comp,met.comp,cell_bits.glsl}`.
+//! Twin of `glsl/particles/{near.comp,cell_bits.glsl}`.
 
 use crate::cells::{Grid, Plane};
-use glam::{IVec3, UVec3, Vec3};
+use glam::{IVec3, Vec3};
 
 const ALIKE: f32 = 0.985;
+const OFF: f32 = 0.1;
 
-/// Twin of `near.comp`, cube by cube, and behind its bits of `met.comp`.
+/// Twin of `near.comp`: from every occupied cell outwards, a ring of cells at a time.
 pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
-    let mut bits = vec![0u32; 17 * occupied.len()];
-    let most = UVec3::from(grid.cells).as_ivec3() - 1;
-    for i in 0..grid.count() {
-        let cell = grid.cell(i);
-        let (from, to) = ((cell - reach as i32).max(IVec3::ZERO), (cell + reach as i32).min(most));
-        let is_near = (from.z..=to.z).any(|z| {
-            (from.y..=to.y).any(|y| {
-                let first = grid.index(IVec3::new(from.x, y, z)).expect("in the grid");
-                (first..=first + (to.x - from.x) as usize).any(|j| bit(occupied, j))
-            })
-        });
-        bits[i / 32] |= u32::from(is_near) << (i % 32);
-        if bit(occupied, i) {
-            bits[occupied.len() + i / 2] |= met_in(grid, occupied, planes, cell) << (16 * (i % 2));
-        }
+    let count = grid.count();
+    let mut near = vec![0u32; count.div_ceil(8) + 2 * count];
+    let mut gaps = vec![reach + 1; count];
+    let mut ring: Vec<usize> = (0..count).filter(|i| bit(occupied, *i)).collect();
+    for &i in &ring {
+        gaps[i] = 0;
+        let known = known_of(grid, occupied, planes, grid.cell(i));
+        near[count.div_ceil(8) + 2 * i..][..2].copy_from_slice(&known);
     }
-    bits
+    for gap in 1..=reach {
+        let around = |i: usize| {
+            let cell = grid.cell(i);
+            (0..27).filter_map(move |k| grid.index(cell + IVec3::new(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)))
+        };
+        let mut next: Vec<usize> = ring.iter().flat_map(|&i| around(i)).collect();
+        next.retain(|&i| {
+            let is_new = gaps[i] > gap;
+            gaps[i] = gaps[i].min(gap);
+            is_new
+        });
+        ring = next;
+    }
+    for (i, gap) in gaps.into_iter().enumerate() {
+        near[i / 8] |= gap << (4 * (i % 8));
+    }
+    near
 }
 
-fn met_in(grid: &Grid, occupied: &[u32], planes: &[Plane], cell: IVec3) -> u32 {
-    let plane = |k: usize| {
-        let stored = grid.index(cell_of_met(cell, k)).filter(|j| bit(occupied, *j))?;
-        Some(planes[2 * stored + (k & 1)]).filter(|it| it.triangle != 0)
+/// Twin of `gap_at`.
+pub(super) fn gap(near: &[u32], cell: usize) -> i32 {
+    (near[cell / 8] >> (4 * (cell % 8)) & 15) as i32
+}
+
+/// Twin of `known_at`.
+pub(super) fn known(near: &[u32], count: usize, cell: usize) -> [u32; 2] {
+    [0, 1].map(|word| near[count.div_ceil(8) + 2 * cell + word])
+}
+
+/// Twin of `met_of`: numbers of planes, as bits.
+pub(super) fn met_of([x, _]: [u32; 2]) -> u32 {
+    (x & 0xfff) << 2 | if x >> 12 & 3 == 3 { 1 } else { 3 }
+}
+
+/// Twin of `sides_of`: where plane k goes on, of the cell's own two.
+pub(super) fn sides_of([x, y]: [u32; 2], k: usize) -> [u32; 2] {
+    let sides = match k {
+        0 if x >> 12 & 3 == 3 => 0,
+        0 => (x >> 12 & 3) << 2,
+        1 => x >> 14 & 3,
+        2..6 => x >> (4 * k + 8),
+        _ => y >> (4 * k - 24),
     };
-    let (Some(one), Some(two)) = (plane(0), plane(1)) else { return 1 };
-    let mut met = 3;
+    [sides & 3, sides >> 2 & 3]
+}
+
+struct Around<'a> {
+    grid: &'a Grid,
+    occupied: &'a [u32],
+    planes: &'a [Plane],
+    cell: IVec3,
+}
+
+impl Around<'_> {
+    fn plane(&self, cell: IVec3, slot: usize) -> Option<Plane> {
+        let stored = self.grid.index(cell).filter(|j| bit(self.occupied, *j))?;
+        Some(self.planes[2 * stored + slot]).filter(|it| it.triangle != 0)
+    }
+
+    fn met(&self, k: usize) -> Option<Plane> {
+        self.plane(cell_of_met(self.cell, k), k & 1)
+    }
+
+    /// Where plane k is seen, of the two, and how often.
+    fn seen(&self, k: usize, own: &Plane, two: &[Plane; 2]) -> ([u32; 2], u32) {
+        let cell_m = self.grid.cell_m;
+        let (edge, half) = (OFF * cell_m, 0.5 * cell_m);
+        let (mut seen, mut count) = ([0; 2], 0);
+        for n in 0..27 {
+            let by = IVec3::new(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+            let middle = by.as_vec3() * cell_m;
+            let there = [0, 1].map(|slot| self.plane(self.cell + by, slot));
+            let is_at = |plane: &Plane, from: Vec3| {
+                let is_same = |it: &Plane| {
+                    let foot = foot_in_cell(it, middle, half) - from;
+                    is_alike(it, plane)
+                        && (dotted(plane.normal.into(), foot) + plane.distance_m).abs() <= edge
+                };
+                there.map(|it| it.filter(is_same))
+            };
+            let from = (cell_of_met(self.cell, k) - self.cell).as_vec3() * cell_m;
+            for it in is_at(own, from).into_iter().flatten() {
+                count += 1;
+                let foot = foot_in_cell(&it, middle, half);
+                for (bits, plane) in seen.iter_mut().zip(two) {
+                    // Where the two meet in that cell as well, its middle does not say which part of it is there.
+                    if is_at(plane, Vec3::ZERO).iter().any(Option::is_some) {
+                        continue;
+                    }
+                    let over = dotted(plane.normal.into(), foot) + plane.distance_m;
+                    *bits |= if over < -edge { 1 } else { u32::from(over > edge) << 1 };
+                }
+            }
+        }
+        (seen.map(|bits| if bits == 3 { 0 } else { bits }), count)
+    }
+}
+
+/// The point of a plane that is nearest to the middle of its cell, as far as that reaches.
+fn foot_in_cell(plane: &Plane, middle: Vec3, half: f32) -> Vec3 {
+    let foot = middle - Vec3::from(plane.normal) * plane.distance_m;
+    foot.max(middle - half).min(middle + half)
+}
+
+fn known_of(grid: &Grid, occupied: &[u32], planes: &[Plane], cell: IVec3) -> [u32; 2] {
+    let around = Around { grid, occupied, planes, cell };
+    let (Some(one), Some(two)) = (around.met(0), around.met(1)) else { return [3 << 12, 0] };
+    let mut met = vec![(0, one), (1, two)];
     for k in 2..14 {
-        let Some(lent) = plane(k).filter(|it| is_missing(it, &one, &two, (k >> 1) - 1, grid.cell_m)) else {
-            continue;
-        };
-        let is_like =
-            |other: usize| met >> other & 1 != 0 && plane(other).is_some_and(|it| is_alike(&lent, &it));
-        if !(2..k).any(is_like) {
-            met |= 1 << k;
+        let lent = around.met(k).filter(|it| is_missing(it, &one, &two, (k >> 1) - 1, grid.cell_m));
+        met.extend(lent.filter(|lent| met[2..].iter().all(|(_, it)| !is_alike(lent, it))).map(|it| (k, it)));
+    }
+    let mut known = 0u64;
+    for (k, plane) in met {
+        let ([of_one, of_two], count) = around.seen(k, &plane, &[one, two]);
+        match k {
+            0 => known |= u64::from(of_two) << 12,
+            1 => known |= u64::from(of_one) << 14,
+            _ if count > 1 => known |= 1 << (k - 2) | u64::from(of_one | of_two << 2) << (4 * k + 8),
+            _ => (),
         }
     }
-    met
+    [known as u32, (known >> 32) as u32]
 }
 
 pub(super) fn cell_of_met(cell: IVec3, k: usize) -> IVec3 {

@@ -21,6 +21,7 @@ impl Drag {
         name: c"particles.drag",
         spv: shaders::PARTICLES_DRAG_COMP,
         subgroups: Some(shaders::PARTICLES_DRAG_SUBGROUP_COMP),
+        deferred: None,
         constants: &[],
         blocks: &[],
     };

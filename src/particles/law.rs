@@ -12,6 +12,9 @@ pub struct Law<'a> {
     pub spv: &'a [u8],
     /// The same with SUBGROUPS defined, for [`Compaction::Subgroup`](super::Compaction::Subgroup).
     pub subgroups: Option<&'a [u8]>,
+    /// Name and code of the pass for those whom `spv` puts off (LAW_DEFERS): `advance` of the law with
+    /// `particles/advance_deferred.glsl`. Such a law names `Deferred` first among its blocks.
+    pub deferred: Option<(&'static CStr, &'a [u8])>,
     /// Specialization constants of the law, from `constant_id` 6 on.
     pub constants: &'a [u32],
     /// Blocks of the law beside its numbers, from binding 7 on: [`Particles::pool_with`](super::Particles::pool_with) binds

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl}`.
+//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl,advance_deferred.glsl}`.
 
 use super::{
     info::check,
@@ -17,10 +17,21 @@ use std::ffi::CStr;
 /// What every law finds bound; its own come after.
 const BLOCKS: [&str; 7] = ["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"];
 
+/// What the pass over those put off has bound.
+const DEFERRED_BLOCKS: [&str; 5] = ["Pool", "Particles", "NewParticles", "Places", "Law"];
+
+/// First block of a law that puts particles off.
+const DEFERRED: &str = "Deferred";
+
+/// `DEFERRED_GROUP` in `glsl/particles/deferred.glsl`.
+const DEFERRED_GROUP: u32 = 64;
+
 /// The kernels, with a law. They hold no pool, so they step any number of them.
 pub struct Particles {
     prepare: Kernel,
     advance: Kernel,
+    deferred: Option<(&'static CStr, Kernel)>,
+    defers: bool,
     name: &'static CStr,
     options: Options,
     gpu: Gpu,
@@ -44,7 +55,7 @@ impl Particles {
         let prepare = KernelInfo {
             name: c"particles.prepare",
             spv: shaders::PARTICLES_PREPARE_COMP,
-            blocks: &["Pool", "Emitters", "Births", "Places"],
+            blocks: &["Pool", "Emitters", "Births", "Places", "Deferred"],
             constants: &[256, compaction as u32, tuning.tile()],
         };
         let is_by_subgroup = compaction == Compaction::Subgroup;
@@ -67,7 +78,15 @@ impl Particles {
             blocks: &[&BLOCKS, law.blocks].concat(),
             constants: &[&own, law.constants].concat(),
         };
+        let deferred = |(name, spv)| -> gpu::Result<_> {
+            let blocks = &[&DEFERRED_BLOCKS, law.blocks].concat();
+            let own = [DEFERRED_GROUP, compaction as u32, tuning.tile(), layout as u32];
+            let constants = &[&own[..], law.constants].concat();
+            Ok((name, Kernel::new::<StepParams>(gpu, &KernelInfo { name, spv, blocks, constants })?))
+        };
         Ok(Self {
+            deferred: law.deferred.map(deferred).transpose()?,
+            defers: law.blocks.first() == Some(&DEFERRED),
             prepare: Kernel::new::<StepParams>(gpu, &prepare)?,
             advance: Kernel::new::<StepParams>(gpu, &advance)?,
             name: law.name,
@@ -126,6 +145,9 @@ impl Particles {
         let mut clear = vec![0; words as usize];
         clear.push(CANARY);
         let places = gpu.upload("particles.places", &clear)?;
+        // Without a law that puts particles off only its head, which `prepare` clears.
+        let most = if self.defers { 3 * u64::from(info.capacity) } else { 0 };
+        let list = buffer("particles.deferred", 4 * (4 + most.max(3)))?;
         gpu.once(|rec| {
             particles.iter().take(if is_still { 1 } else { 2 }).for_each(|it| rec.fill(it, CANARY));
             rec.barrier(Access::FillWrite, Self::ENTRY);
@@ -135,13 +157,24 @@ impl Particles {
             ("Emitters", (&emitters).into()),
             ("Births", (&births).into()),
             ("Places", (&places).into()),
+            ("Deferred", (&list).into()),
         ])?;
+        let listed = self.defers.then(|| (DEFERRED, Resource::from(&list)));
         let bind = |from: usize| {
             let own = [&state, &particles[from], &particles[1 - from], &emitters, &births, &law, &places];
             let own = BLOCKS.into_iter().zip(own.map(Resource::from));
-            self.advance.bind(&own.chain(resources.iter().copied()).collect::<Vec<_>>())
+            self.advance.bind(&own.chain(listed).chain(resources.iter().copied()).collect::<Vec<_>>())
         };
         let advance = [bind(0)?, bind(1)?];
+        let bind_deferred = |kernel: &Kernel, to: usize| {
+            let own = [&state, &particles[to], &particles[to], &places, &law];
+            let own = DEFERRED_BLOCKS.into_iter().zip(own.map(Resource::from));
+            kernel.bind(&own.chain(listed).chain(resources.iter().copied()).collect::<Vec<_>>())
+        };
+        let deferred = match &self.deferred {
+            Some((name, kernel)) => Some((*name, [bind_deferred(kernel, 1)?, bind_deferred(kernel, 0)?])),
+            None => None,
+        };
         let params = StepParams {
             now: info.start,
             dt_ticks: 0,
@@ -160,8 +193,10 @@ impl Particles {
             births,
             law,
             places,
+            list,
             prepare,
             advance,
+            deferred,
             params,
             name: self.name,
             options: self.options,
@@ -179,8 +214,10 @@ pub struct Pool {
     births: Buffer,
     law: Buffer,
     places: Buffer,
+    list: Buffer,
     prepare: Bound,
     advance: [Bound; 2],
+    deferred: Option<(&'static CStr, [Bound; 2])>,
     params: StepParams,
     name: &'static CStr,
     options: Options,
@@ -204,6 +241,11 @@ impl Pool {
         rec.span(self.name, |rec| {
             rec.dispatch_indirect(&self.advance[self.current], &self.state, 0, &params)
         });
+        if let Some((name, deferred)) = &self.deferred {
+            rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+            rec.barrier(Access::ComputeWrite, Access::IndirectRead);
+            rec.span(name, |rec| rec.dispatch_indirect(&deferred[self.current], &self.list, 0, &params));
+        }
         self.current = 1 - self.current;
     }
 
@@ -255,7 +297,7 @@ impl Pool {
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
         let moving = if self.particles[0].is(&self.particles[1]) { 1 } else { 2 };
-        let others = [&self.state, &self.emitters, &self.births, &self.law, &self.places];
+        let others = [&self.state, &self.emitters, &self.births, &self.law, &self.places, &self.list];
         moving * self.particles[0].bytes() + others.iter().map(|it| it.bytes()).sum::<u64>()
     }
 

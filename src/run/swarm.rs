@@ -142,8 +142,14 @@ impl Swarm {
             }
             _ => {
                 let constants = &law.constants;
-                let kernel =
-                    Law { name: name_of(law), spv: &law.spv, subgroups: None, constants, blocks: &[] };
+                let kernel = Law {
+                    name: name_of(law),
+                    spv: &law.spv,
+                    subgroups: None,
+                    deferred: None,
+                    constants,
+                    blocks: &[],
+                };
                 Particles::new(gpu, &kernel, Options::for_device(gpu))?.pool(&info)?
             }
         };

@@ -86,7 +86,6 @@ impl Scene {
             gravity_mps2: scene.gravity_mps2.into(),
             restitution: scene.restitution,
             friction: scene.friction,
-            reach: volume.reach,
             surface_mps: volume.surface_mps,
             // Cells are filled with the scene as it is at the end of the step.
             lead_s: volume.dt_s as f32,

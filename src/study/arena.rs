@@ -56,7 +56,7 @@ impl Arena {
         particles: &[Particle],
         most_impacts: u32,
     ) -> Result<Self> {
-        let law = Colliding { reach, grid: cells.grid(), ..law };
+        let law = Colliding { grid: cells.grid(), ..law };
         law.check().map_err(crate::particles::Error::from)?;
         let surroundings = Surroundings::new(gpu, cells, reach)?;
         gpu.once(|rec| surroundings.record(rec))?;
@@ -181,7 +181,7 @@ impl Arena {
         Ok(self.stream.download()?)
     }
 
-    /// Numbers of the law, with the reach of the scene.
+    /// Numbers of the law.
     pub fn law(&self) -> &Colliding {
         &self.law
     }

@@ -128,7 +128,6 @@ fn structs_of_the_colliding_law() {
         ("restitution", offset_of!(Colliding, restitution)),
         ("friction", offset_of!(Colliding, friction)),
         ("slack_m", offset_of!(Colliding, slack_m)),
-        ("reach", offset_of!(Colliding, reach)),
         ("surface_mps", offset_of!(Colliding, surface_mps)),
         ("lead_s", offset_of!(Colliding, lead_s)),
         ("source", offset_of!(Colliding, source)),

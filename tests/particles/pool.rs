@@ -472,7 +472,14 @@ bool advance(inout Particle it, float dt_s) {
 fn a_law_compiled_at_run_time_ends_particles() {
     let gpu = gpu();
     let spv = compile_law(HOLE, "hole.glsl").unwrap();
-    let own = Law { name: c"particles.hole", spv: &spv, subgroups: None, constants: &[], blocks: &[] };
+    let own = Law {
+        name: c"particles.hole",
+        spv: &spv,
+        subgroups: None,
+        deferred: None,
+        constants: &[],
+        blocks: &[],
+    };
     let emitters = [Emitter { at_m: Vec3::ZERO, velocity_mps: Vec3::ZERO, ..emitters()[0] }];
     // Everyone begins within the ball, and at 5 m/s is out of it after 0.1 s; nobody lasts so long.
     let hole = [0.0f32, 0.0, 0.0, 0.5];

@@ -71,7 +71,6 @@ const SUITES: &[Suite] = &[
     volume::SUITE,
     paint::SUITE,
     colliding::SUITE,
-    colliding::NEAR,
     prims::SUITE,
 ];
 

@@ -94,7 +94,14 @@ bool advance(inout Particle it, float dt_s) {
 
 fn inside_the_horizon(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let spv = compile_law(HORIZON, "horizon.glsl").expect("a law of this file");
-    let law = Law { name: c"particles.horizon", spv: &spv, subgroups: None, constants: &[], blocks: &[] };
+    let law = Law {
+        name: c"particles.horizon",
+        spv: &spv,
+        subgroups: None,
+        deferred: None,
+        constants: &[],
+        blocks: &[],
+    };
     let inside = emitter(6000.0);
     // 600 a second stay for two seconds: more than there is room for.
     let outside = Emitter { at_m: Vec3::X * 20.0, speed_mps: 0.5, rate_per_s: 600.0, ..inside };

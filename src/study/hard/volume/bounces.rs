@@ -119,7 +119,7 @@ pub fn edges(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let mut scene = ground(-0.5);
     scene.extend(rectangle(dvec3(0.99, -1.0, -1.0), DVec3::Y * 2.0, DVec3::Z * 2.0));
     let cells = host(gpu, grid(), &scene)?;
-    let law = Colliding { reach: 3, ..pure(0.05) };
+    let law = pure(0.05);
     let surroundings = Surroundings::new(gpu, &cells, 3)?;
     gpu.once(|rec| surroundings.record(rec))?;
     let stream = Stream::new(gpu, 64)?;
