@@ -199,7 +199,6 @@ pub struct NearParams {
 pub struct Surroundings {
     cells: Cells,
     near: Buffer,
-    between: Buffer,
     passes: [Bound; 4],
     reach: u32,
 }
@@ -252,7 +251,7 @@ impl Surroundings {
             pass(2, &between, &near)?,
             pass(Self::PLANES, &between, &near)?,
         ];
-        Ok(Self { cells: cells.clone(), near, between, passes, reach })
+        Ok(Self { cells: cells.clone(), near, passes, reach })
     }
 
     /// After each change of the cells, before the pools step.
