@@ -4,18 +4,46 @@
 use std::{
     mem::take,
     ops::Deref,
-    sync::{Arc, Mutex, MutexGuard},
+    sync::{Arc, Condvar, Mutex, MutexGuard},
+    thread::available_parallelism,
 };
 use whitecap::gpu::{Gpu, GpuOptions, Messages};
 
-static SHARED: Mutex<Option<Gpu>> = Mutex::new(None);
+static POOL: Mutex<Pool> = Mutex::new(Pool { idle: Vec::new(), made: 0, most: 1 });
+static RETURNED: Condvar = Condvar::new();
 
-/// The one validated device of a test binary. A test holds it alone; when the test lets go, it fails if validation said
-/// anything that nobody expected.
+/// The validated devices of a test binary: one, so that nothing runs beside what is timed; on a software driver one a core,
+/// as the small grids of most tests keep no more than a core busy.
+struct Pool {
+    idle: Vec<Gpu>,
+    made: usize,
+    most: usize,
+}
+
+impl Pool {
+    fn take(&mut self) -> Option<Gpu> {
+        self.idle.pop().or_else(|| (self.made < self.most).then(|| self.make()))
+    }
+
+    fn make(&mut self) -> Gpu {
+        let gpu = fresh();
+        self.made += 1;
+        if gpu.adapter().kind == "CPU" {
+            self.most = available_parallelism().map_or(1, usize::from).min(4);
+        }
+        gpu
+    }
+}
+
+fn pool() -> MutexGuard<'static, Pool> {
+    POOL.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// A validated device that a test holds alone. When the test lets go, it fails if validation said anything that nobody
+/// expected.
 pub struct TestGpu {
     gpu: Gpu,
     messages: Arc<Messages>,
-    _alone: MutexGuard<'static, Option<Gpu>>,
 }
 
 /// SwiftShader is run without the layer: it is there to show what a small driver does.
@@ -31,10 +59,16 @@ pub fn fresh() -> Gpu {
 }
 
 pub fn gpu() -> TestGpu {
-    let mut alone = SHARED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let gpu = alone.get_or_insert_with(fresh).clone();
+    let mut pool = pool();
+    let gpu = loop {
+        match pool.take() {
+            Some(gpu) => break gpu,
+            None => pool = RETURNED.wait(pool).unwrap_or_else(|poisoned| poisoned.into_inner()),
+        }
+    };
+    drop(pool);
     take_messages(&gpu.messages()); // what a test that panicked left behind
-    TestGpu { messages: gpu.messages(), gpu, _alone: alone }
+    TestGpu { messages: gpu.messages(), gpu }
 }
 
 fn take_messages(messages: &Messages) -> Vec<String> {
@@ -68,6 +102,8 @@ impl Deref for TestGpu {
 impl Drop for TestGpu {
     fn drop(&mut self) {
         let messages = take_messages(&self.messages);
+        pool().idle.push(self.gpu.clone());
+        RETURNED.notify_one();
         if !std::thread::panicking() {
             assert_eq!(messages, [""; 0], "validation messages");
         }
