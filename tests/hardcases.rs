@@ -61,7 +61,7 @@ fn known(rows: &[HardCase], id: &str, range: std::ops::Range<f64>) {
     }
 }
 
-// Three tests for all cases, so that they run side by side: small grids keep no processor busy.
+// Several tests for all cases, so that they run side by side: small grids keep no processor busy.
 #[test]
 fn a_lake_stays_flat_and_the_listings_lose_a_quarter_of_it() {
     known(&hold(|id| id == "W1"), "W1", -0.25..-0.235);
@@ -91,8 +91,18 @@ fn every_other_hard_case_of_water_holds_and_the_simple_method_holds_none() {
 }
 
 #[test]
-fn every_hard_case_of_what_is_not_water_holds() {
-    assert!(hold(|id| !id.starts_with('W')).len() > 100);
+fn every_hard_case_of_disks_holds() {
+    assert!(hold(|id| id.starts_with('D')).len() > 30);
+}
+
+#[test]
+fn every_hard_case_of_particles_in_a_volume_holds() {
+    assert!(hold(|id| id.starts_with('V')).len() > 15);
+}
+
+#[test]
+fn every_hard_case_of_anything_else_holds() {
+    assert!(hold(|id| !id.starts_with(['W', 'D', 'V'])).len() > 60);
 }
 
 #[test]

@@ -35,12 +35,17 @@ pub struct Arena {
 }
 
 impl Arena {
-    /// The kernels of a method.
+    /// The kernels of a method, for a few hundred particles at the most.
     ///
     /// # Errors
     /// The device's.
     pub fn kernels(gpu: &Gpu, method: Method) -> Result<Particles> {
-        Ok(Particles::new(gpu, &Colliding::law(method), Colliding::options(gpu))?)
+        let mut options = Colliding::options(gpu);
+        if gpu.adapter().is_software() {
+            // Such a driver computes a whole tile for one particle, and compiles the law once for each item.
+            options.tuning.items = 1;
+        }
+        Ok(Particles::new(gpu, &Colliding::law(method), options)?)
     }
 
     /// `particles` among `cells`, which are voxelised already, looked at within `reach`.

@@ -16,7 +16,7 @@ use crate::{
     mesh::{shapes, Mesh},
     particles::{
         colliding::{Colliding, Method},
-        Particle,
+        Particle, Particles,
     },
     random,
 };
@@ -89,7 +89,7 @@ struct Setting<'a> {
     gpu: &'a Gpu,
     mesh: &'a Mesh,
     cells: &'a crate::cells::Cells,
-    kernels: &'a crate::particles::Particles,
+    kernels: &'a Particles,
 }
 
 impl Setting<'_> {
@@ -161,7 +161,7 @@ pub fn study(gpu: &Gpu, quick: bool, progress: OnProgress<'_>) -> Result<Found> 
     let mut tables: Vec<_> = speeds.iter().map(|_| (Vec::new(), Vec::new())).collect();
     let (mut done, of) = (0, Method::ALL.len() * sizes.len());
     for method in Method::ALL {
-        let kernels = Arena::kernels(gpu, method)?;
+        let kernels = Particles::new(gpu, &Colliding::law(method), Colliding::options(gpu))?;
         for &size in sizes {
             progress(Progress { done, of, now: &format!("{NAME}: {}, {size}^3", method.name()) });
             done += 1;

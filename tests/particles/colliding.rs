@@ -11,7 +11,7 @@ use whitecap::{
     particles::{
         colliding::{Colliding, Method, Surroundings},
         cpu_colliding::{self, Law, Scene},
-        Emitter, Particle, PoolInfo, Step, Thrown,
+        Emitter, Particle, Particles, PoolInfo, Step, Thrown,
     },
     random,
     study::{
@@ -92,7 +92,10 @@ fn every_method_is_its_twin() {
                 seed: 9,
                 ..Colliding::new(grid(), radius_m)
             };
-            let mut arena = arena(&gpu, law, &read, method, &crowd(301, 3.0));
+            // Tuned as whoever runs it has it.
+            let kernels = Particles::new(&gpu, &Colliding::law(method), Colliding::options(&gpu)).unwrap();
+            let cells = cells_of(&gpu, grid(), &read);
+            let mut arena = Arena::new(&gpu, &kernels, &cells, law, 3, &crowd(301, 3.0), 1 << 14).unwrap();
             let mut twin = crowd(301, 3.0);
             let law = *arena.law();
             let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };

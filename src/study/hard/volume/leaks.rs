@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Who gets through: bullets, sheets at every angle, corners, planes on the faces of cells, thin walls.
 
-use super::{at, cells_of, ground, method_of, pure, units, walls, CELL_M, DT_S, RADIUS_M};
+use super::{at, cells_of, ground, method_of, pure, seed, units, walls, CELL_M, DT_S, RADIUS_M};
 use crate::{
     cells::Cells,
     gpu::Gpu,
     particles::{
         colliding::{Colliding, Method},
-        Particle,
+        Particle, Particles,
     },
     study::{
         arena::Arena,
@@ -22,13 +22,12 @@ use glam::{dvec3, vec3, DVec3, Vec3};
 fn through(
     gpu: &Gpu,
     cells: &Cells,
-    (law, method): (Colliding, Method),
+    (law, kernels): (Colliding, &Particles),
     thrown: &[Particle],
     (on, normal): (Vec3, Vec3),
     steps: u64,
 ) -> Result<f64> {
-    let kernels = Arena::kernels(gpu, method)?;
-    let mut arena = Arena::new(gpu, &kernels, cells, law, 3, thrown, 4096)?;
+    let mut arena = Arena::new(gpu, kernels, cells, law, 3, thrown, 4096)?;
     arena.steps(steps, DT_S)?;
     let side = |it: &Particle| normal.dot(it.at_m - on);
     let gone =
@@ -45,20 +44,23 @@ pub fn bullets(gpu: &Gpu, method: Method) -> Result<f64> {
             at(vec3(0.8 * x, 0.2 + 0.5 * y, 0.8 * z), vec3(0.02 * z, -1.0, 0.02 * x) * speed)
         })
         .collect();
-    through(gpu, &cells, (pure(RADIUS_M), method), &thrown, (Vec3::Y * -0.513, Vec3::Y), 1)
+    let kernels = Arena::kernels(gpu, method)?;
+    through(gpu, &cells, (pure(RADIUS_M), &kernels), &thrown, (Vec3::Y * -0.513, Vec3::Y), 1)
 }
 
 /// Sheets at angles to the ground, thrown at along their normals at 0.7 cells a step; the seed's from its own slices.
 pub fn marked(
     context: &Context<'_>,
+    name: &'static str,
     variant: &str,
-    angles: impl Fn(()) -> Vec<f64>,
+    angles: &[f64],
     shift_m: f64,
 ) -> Result<Outcome> {
     let gpu = context.gpu;
     let worst = |method: Method, is_layered: bool| -> Result<f64> {
-        angles(()).into_iter().try_fold(0.0f64, |worst, degrees| {
-            let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        let kernels = Arena::kernels(gpu, method)?;
+        angles.iter().try_fold(0.0f64, |worst, degrees| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
             let (along, normal) = (dvec3(cos, sin, 0.0), dvec3(-sin, cos, 0.0));
             let middle = dvec3(shift_m, 0.5 * shift_m, 0.003);
             let sheet = rectangle(middle - along * 0.8 - DVec3::Z * 0.8, DVec3::Z * 1.6, along * 1.6);
@@ -72,11 +74,11 @@ pub fn marked(
                 })
                 .collect();
             let plane = (middle.as_vec3(), normal.as_vec3());
-            Ok(worst.max(through(gpu, &cells, (pure(0.01), method), &thrown, plane, 12)?))
+            Ok(worst.max(through(gpu, &cells, (pure(0.01), &kernels), &thrown, plane, 12)?))
         })
     };
     let outcome = Outcome::of(worst(method_of(variant), false)?);
-    seeds(outcome, worst(Method::Seed, true))
+    seeds(outcome, seed(context, name, || worst(Method::Seed, true)))
 }
 
 /// The seed's figure, if the device draws layers.
@@ -118,6 +120,7 @@ pub fn corners(gpu: &Gpu, method: Method, degrees: f64) -> Result<f64> {
 pub fn on_faces(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     let gpu = context.gpu;
     let worst = |method: Method, is_layered: bool| -> Result<f64> {
+        let kernels = Arena::kernels(gpu, method)?;
         (0..3).try_fold(0.0f64, |worst, axis| {
             let (one, other) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
             let wall = rectangle((one + other) * -0.75, one * 1.5, other * 1.5);
@@ -133,11 +136,11 @@ pub fn on_faces(context: &Context<'_>, variant: &str) -> Result<Outcome> {
                 })
                 .collect();
             let plane = (Vec3::ZERO, normal);
-            Ok(worst.max(through(gpu, &cells, (pure(0.01), method), &thrown, plane, 8)?))
+            Ok(worst.max(through(gpu, &cells, (pure(0.01), &kernels), &thrown, plane, 8)?))
         })
     };
     let outcome = Outcome::of(worst(method_of(variant), false)?);
-    seeds(outcome, worst(Method::Seed, true))
+    seeds(outcome, seed(context, "V7", || worst(Method::Seed, true)))
 }
 
 pub fn behind(gpu: &Gpu, method: Method) -> Result<f64> {
@@ -158,5 +161,6 @@ pub fn behind(gpu: &Gpu, method: Method) -> Result<f64> {
         .collect();
     let plane = (Vec3::Y * 0.008, Vec3::Y);
     let law = Colliding { restitution: 0.5, ..pure(RADIUS_M) };
-    Ok(through(gpu, &cells, (law, method), &placed, plane, 30)? * placed.len() as f64)
+    let kernels = Arena::kernels(gpu, method)?;
+    Ok(through(gpu, &cells, (law, &kernels), &placed, plane, 30)? * placed.len() as f64)
 }

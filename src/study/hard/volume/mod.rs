@@ -39,7 +39,7 @@ pub const CASES: &[Case] = &[
         variants: BOTH,
         unit: "of the particles gone through",
         limit: 0.0,
-        run: |context, variant| compare(context, variant, bullets),
+        run: |context, variant| compare(context, "V1", variant, bullets),
     },
     Case {
         id: "V2",
@@ -47,7 +47,7 @@ pub const CASES: &[Case] = &[
         variants: BOTH,
         unit: "of the particles gone through",
         limit: 0.0,
-        run: |context, variant| marked(context, variant, |_| vec![90.0], 0.0),
+        run: |context, variant| marked(context, "V2", variant, &[90.], 0.0),
     },
     Case {
         id: "V3",
@@ -56,7 +56,7 @@ pub const CASES: &[Case] = &[
         unit: "of the particles gone through, at the worst slope",
         limit: 0.0,
         run: |context, variant| {
-            marked(context, variant, |_| vec![0., 20., 40., 50., 60., 70., 80., 85., 89.], 0.0131)
+            marked(context, "V3", variant, &[0., 20., 40., 50., 60., 70., 80., 85., 89.], 0.0131)
         },
     },
     Case {
@@ -65,7 +65,9 @@ pub const CASES: &[Case] = &[
         variants: SWEPT,
         unit: "of the particles gone through, at the worst step",
         limit: 0.0,
-        run: |context, variant| compare(context, variant, |gpu, method| corners(gpu, method, 90.0)),
+        run: |context, variant| {
+            compare(context, "V4, 90 degrees", variant, |gpu, method| corners(gpu, method, 90.0))
+        },
     },
     Case {
         id: "V4",
@@ -73,7 +75,9 @@ pub const CASES: &[Case] = &[
         variants: SWEPT,
         unit: "of the particles gone through, at the worst step",
         limit: 0.0,
-        run: |context, variant| compare(context, variant, |gpu, method| corners(gpu, method, 60.0)),
+        run: |context, variant| {
+            compare(context, "V4, 60 degrees", variant, |gpu, method| corners(gpu, method, 60.0))
+        },
     },
     Case {
         id: "V4",
@@ -81,7 +85,7 @@ pub const CASES: &[Case] = &[
         variants: SWEPT,
         unit: "of the speed",
         limit: 1e-6,
-        run: |context, variant| compare(context, variant, right_angle),
+        run: |context, variant| compare(context, "V4, turned", variant, right_angle),
     },
     Case {
         id: "V5",
@@ -97,7 +101,7 @@ pub const CASES: &[Case] = &[
         variants: BOTH,
         unit: "m/s off",
         limit: 1e-5,
-        run: |context, variant| compare(context, variant, pistons),
+        run: |context, variant| compare(context, "V6", variant, pistons),
     },
     Case {
         id: "V7",
@@ -113,7 +117,7 @@ pub const CASES: &[Case] = &[
         variants: BOTH,
         unit: "particles on the other side",
         limit: 0.0,
-        run: |context, variant| compare(context, variant, behind),
+        run: |context, variant| compare(context, "V8", variant, behind),
     },
     Case {
         id: "V9",
@@ -137,13 +141,20 @@ fn method_of(variant: &str) -> Method {
     Method::of(variant).unwrap_or_default()
 }
 
-/// A number of the method, and that of the seed's.
+/// A number of the method, and that of the seed's, which the rows of a case share.
 fn compare(
     context: &Context<'_>,
+    name: &'static str,
     variant: &str,
     run: impl Fn(&Gpu, Method) -> Result<f64>,
 ) -> Result<Outcome> {
-    Ok(Outcome::of(run(context.gpu, method_of(variant))?).seed(run(context.gpu, Method::Seed)?))
+    let outcome = Outcome::of(run(context.gpu, method_of(variant))?);
+    Ok(outcome.seed(seed(context, name, || run(context.gpu, Method::Seed))?))
+}
+
+/// The seed's number, run once for all rows of a case.
+fn seed(context: &Context<'_>, name: &'static str, run: impl FnOnce() -> Result<f64>) -> Result<f64> {
+    Ok(context.shared(name, "seed", || Ok(vec![run()?]))?[0])
 }
 
 fn units(seed: u32, i: u32) -> [f32; 4] {
