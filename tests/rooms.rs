@@ -288,7 +288,9 @@ fn every_way_to_fill_cells_and_to_paint_runs_and_every_view_shows_something() {
     let heavy = [0, 1, 2].map(|i| format!("emitter.{i}.gravity_mps2=[0, -9, 0]"));
     let heavy: Vec<&str> = heavy.iter().map(String::as_str).collect();
     let paint = |more: &str| {
-        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &["output.frames=14", more]].concat());
+        // Half of the scene's along each side: texels enough, and `brute` asks each for every impact.
+        let sizes = ["output.frames=14", "mesh.0.map=128", "mesh.1.map=256", more];
+        let scene = tiny("paint_shower", &[&FEW[..], &heavy, &sizes].concat());
         let (_dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
         written.stats.volume.unwrap()
     };
