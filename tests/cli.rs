@@ -290,3 +290,35 @@ fn measurements_have_their_stable_shapes() {
         assert!(row.get(key).is_some(), "{key}");
     }
 }
+
+#[test]
+fn edited_shaders_are_what_is_measured() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path().join("glsl");
+    let row = ["bench", "particles/ring", "--sizes", "4096", "--budget", "0.01", "--glsl"];
+    let with = |folder: &Path| [&row[..], &[folder.to_str().unwrap()]].concat().join("\n");
+    let run = |folder: &Path| fails(&with(folder).split('\n').collect::<Vec<_>>());
+    let (code, said) = run(&folder);
+    assert!(code == 2 && said.contains("no folder of GLSL"), "{said}");
+    fs::create_dir_all(folder.join("particles")).unwrap();
+    let (code, said) = run(&folder);
+    assert!(code == 2 && said.contains("none of this crate's shaders is below it"), "{said}");
+    for module in ["common", "particles", "prims"] {
+        fs::create_dir_all(folder.join(module)).unwrap();
+        for file in fs::read_dir(Path::new("glsl").join(module)).unwrap() {
+            let file = file.unwrap().path();
+            fs::copy(&file, folder.join(module).join(file.file_name().unwrap())).unwrap();
+        }
+    }
+    // Another law than the twin's is found out; one that does not compile is named with its line.
+    let drag = folder.join("particles/drag.glsl");
+    let whole = fs::read_to_string(&drag).unwrap();
+    fs::write(&drag, whole.replace("it.at_m = at;", "it.at_m = at + dt_s;")).unwrap();
+    let (code, said) = run(&folder);
+    assert!(code == 1 && said.contains("particles.drag.comp") && said.contains("from its twin"), "{said}");
+    fs::write(&drag, whole.replace("it.at_m = at;", "it.at_m = nowhere;")).unwrap();
+    let (code, said) = run(&folder);
+    assert!(code == 2 && said.contains("drag.glsl:37") && said.contains("nowhere"), "{said}");
+    let (code, said) = fails(&["devices", "--glsl", "glsl"]);
+    assert!(code == 2 && said.contains("--pipelines"), "{said}");
+}

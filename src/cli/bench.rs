@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{hardcases::short, print, print_json, progress, DeviceArgs, Failure};
+use super::{hardcases::short, print, print_json, progress, Failure, GpuArgs};
 use clap::Args;
 use serde_json::json;
 use whitecap::{
@@ -17,7 +17,7 @@ pub struct BenchArgs {
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: GpuArgs,
     /// Sizes, as in 512,1024: edges of grids (cells), numbers of particles
     #[arg(long, value_delimiter = ',', value_name = "N,N")]
     sizes: Option<Vec<u32>>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{pipelines, print, print_json, DeviceArgs, Failure};
+use super::{pipelines, print, print_json, Failure, GpuArgs};
 use clap::Args;
 use serde_json::{json, Value};
 use whitecap::gpu::{Adapter, Gpu};
@@ -13,7 +13,7 @@ pub struct DevicesArgs {
     #[arg(value_name = "FILTER", requires = "pipelines")]
     names: Vec<String>,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: GpuArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -24,6 +24,9 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
         let gpu = args.device.open_capturing()?;
         pipelines::run(&gpu, &args.names, args.json)?;
         return args.device.verdict(&gpu);
+    }
+    if args.device.glsl.is_some() {
+        return Err(Failure::input("--glsl goes with --pipelines"));
     }
     let adapters = Gpu::adapters()?;
     if args.json {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{print, print_json, progress, DeviceArgs, Failure};
+use super::{print, print_json, progress, Failure, GpuArgs};
 use clap::Args;
 use whitecap::study::{
     hard,
@@ -12,7 +12,7 @@ pub struct HardcasesArgs {
     #[arg(value_name = "FILTER")]
     filters: Vec<String>,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: GpuArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,

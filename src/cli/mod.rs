@@ -15,7 +15,11 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{env, fmt::Display, io::Write, path::PathBuf, process::ExitCode};
 use whitecap::{
-    gpu::{self, Gpu, GpuOptions},
+    gpu::{
+        self,
+        files::{Compiled, Files},
+        Gpu, GpuOptions,
+    },
     mesh::MeshesError,
     paint, particles,
     run::{atomic::FileError, RunError},
@@ -66,25 +70,50 @@ struct DeviceArgs {
     validate: bool,
 }
 
-impl DeviceArgs {
+/// A device, and what is run on it.
+#[derive(Args)]
+struct GpuArgs {
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Folder of GLSL: shaders that differ from the binary's are compiled from there (what is bound and its size stay the binary's)
+    #[arg(long, value_name = "DIR")]
+    glsl: Option<PathBuf>,
+}
+
+impl GpuArgs {
     fn open(&self) -> Result<Gpu, Failure> {
-        Ok(Gpu::headless(&self.options())?)
+        self.with_shaders(Gpu::headless(&self.device.options())?)
     }
 
-    fn options(&self) -> GpuOptions {
-        let cache = cache_dir().map(|dir| dir.join("whitecap"));
-        GpuOptions { device: self.device.clone(), validate: self.validate, cache }
-    }
-
-    /// As [`DeviceArgs::open`], to look at pipelines: none comes from a cache.
+    /// As [`GpuArgs::open`], to look at pipelines: none comes from a cache.
     fn open_capturing(&self) -> Result<Gpu, Failure> {
-        let (device, validate) = (self.device.clone(), self.validate);
-        Ok(Gpu::capturing(&GpuOptions { device, validate, cache: None })?)
+        self.with_shaders(Gpu::capturing(&GpuOptions { cache: None, ..self.device.options() })?)
+    }
+
+    fn with_shaders(&self, gpu: Gpu) -> Result<Gpu, Failure> {
+        let Some(dir) = &self.glsl else { return Ok(gpu) };
+        let compiled = Files::new(dir).compile(|_| true).map_err(Failure::input)?;
+        let none = || Failure::input(format!("{}: no folder of GLSL", dir.display()));
+        let Compiled { replacements, names, includes } = compiled.ok_or_else(none)?;
+        gpu.replace_shaders(replacements);
+        gpu::include(includes);
+        match &names[..] {
+            [] => eprintln!("{}: as the binary's shaders", dir.display()),
+            names => eprintln!("{}: other than the binary's are {}", dir.display(), names.join(", ")),
+        }
+        Ok(gpu)
     }
 
     /// What validation said, as a failure.
     fn verdict(&self, gpu: &Gpu) -> Result<(), Failure> {
         verdict(&gpu.messages())
+    }
+}
+
+impl DeviceArgs {
+    fn options(&self) -> GpuOptions {
+        let cache = cache_dir().map(|dir| dir.join("whitecap"));
+        GpuOptions { device: self.device.clone(), validate: self.validate, cache }
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{check::SceneArgs, print, print_json, progress_bar, DeviceArgs, Failure};
+use super::{check::SceneArgs, print, print_json, progress_bar, Failure, GpuArgs};
 use clap::Args;
 use std::path::PathBuf;
 use whitecap::{
@@ -12,7 +12,7 @@ pub struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: GpuArgs,
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,

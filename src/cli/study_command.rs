@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{hardcases::short, print, print_json, progress, DeviceArgs, Failure};
+use super::{hardcases::short, print, print_json, progress, Failure, GpuArgs};
 use clap::Args;
 use std::{
     path::PathBuf,
@@ -13,7 +13,7 @@ pub struct StudyArgs {
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     #[command(flatten)]
-    device: DeviceArgs,
+    device: GpuArgs,
     /// Fewer sizes and steps
     #[arg(long)]
     quick: bool,

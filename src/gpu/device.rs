@@ -60,7 +60,7 @@ pub(super) struct Inner {
     queue: Mutex<vk::Queue>, // submissions are the one thing that threads must take turns at
     pub adapter: Adapter,
     pub clock: OnceLock<Clock>,
-    #[cfg(feature = "viewer")]
+    #[cfg(feature = "tools")]
     pub shaders: super::reload::Shaders,
     pub device: Device,
     instance: Option<Instance>, // `None` if it is the caller's
@@ -263,7 +263,7 @@ impl Gpu {
             queue: Mutex::new(parts.queue),
             adapter: parts.adapter,
             clock: OnceLock::new(),
-            #[cfg(feature = "viewer")]
+            #[cfg(feature = "tools")]
             shaders: Default::default(),
             device: parts.device,
             instance: parts.instance,
@@ -389,8 +389,8 @@ impl Gpu {
         let _ = unsafe { debug.set_debug_utils_object_name(&info) }; // names are a courtesy, never an error
     }
 
-    /// What a pipeline is built from where `spv` is asked for: without a window nothing replaces shaders.
-    #[cfg(not(feature = "viewer"))]
+    /// What a pipeline is built from where `spv` is asked for: a library without a compiler replaces none.
+    #[cfg(not(feature = "tools"))]
     pub(super) fn current<'s>(&self, spv: &'s [u8]) -> std::borrow::Cow<'s, [u8]> {
         spv.into()
     }

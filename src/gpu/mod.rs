@@ -15,6 +15,8 @@ mod draws;
 mod error;
 mod executables;
 #[cfg(feature = "tools")]
+pub mod files;
+#[cfg(feature = "tools")]
 pub mod glsl;
 mod image;
 mod instance;
@@ -24,7 +26,7 @@ mod program;
 mod raster;
 mod recorder;
 pub mod reflect;
-#[cfg(feature = "viewer")]
+#[cfg(feature = "tools")]
 pub mod reload;
 mod renderdoc;
 mod shared;
@@ -65,7 +67,17 @@ pub use zone::Zone;
 #[cfg(feature = "tools")]
 pub fn compiler() -> std::result::Result<glsl::Compiler, glsl::CompileError> {
     glsl::Compiler::new(|wanted| {
+        if let Some(text) = reload::included(wanted) {
+            return Some(text);
+        }
         let found = crate::shaders::INCLUDES.iter().find(|(name, _)| *name == wanted);
         found.map(|(_, text)| text.to_string())
     })
+}
+
+/// From now on [`compiler`] takes these files, by their paths below `glsl/`, for the binary's: laws and effects that are compiled
+/// at run time then agree with the shaders of [`Gpu::replace_shaders`].
+#[cfg(feature = "tools")]
+pub fn include(files: std::collections::BTreeMap<String, String>) {
+    reload::include(files);
 }

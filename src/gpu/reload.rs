@@ -12,6 +12,17 @@ use std::{
 /// By the place of the SPIR-V in the binary.
 pub type Replacements = BTreeMap<usize, Vec<u8>>;
 
+/// Included by what is compiled at run time, before what the binary has.
+static INCLUDES: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
+
+pub(super) fn include(files: BTreeMap<String, String>) {
+    *INCLUDES.lock().unwrap_or_else(PoisonError::into_inner) = files;
+}
+
+pub(super) fn included(file: &str) -> Option<String> {
+    INCLUDES.lock().unwrap_or_else(PoisonError::into_inner).get(file).cloned()
+}
+
 #[derive(Default)]
 pub(super) struct Shaders(Mutex<(Replacements, BTreeSet<usize>)>);
 

@@ -12,7 +12,6 @@
 //! | `keys`     | what keys do |
 //! | `panel`    | the panel, generated from the keys of the scene |
 //! | `document` | the scene as a text that is edited |
-//! | `reload`   | shaders from their files |
 //! | `times`    | times of passes over frames |
 //! | `script`   | a window without hands |
 //! | `paint`    | the panel on the GPU |
@@ -29,7 +28,6 @@ mod document;
 mod keys;
 mod paint;
 mod panel;
-mod reload;
 mod script;
 mod times;
 mod viewer;

@@ -151,7 +151,7 @@ impl Viewer {
         let document = if is_new { Document::new(&source).map_err(say)? } else { self.document.clone() };
         let (scene, parameters) = document.read();
         let scene = scene.map_err(say)?;
-        let compiled = self.files.compile(&self.gpu)?;
+        let compiled = self.files.compile(|spv| self.gpu.uses_shader(spv))?;
         let shaders = match compiled.as_ref().map(|it| it.names.len()) {
             Some(1) => "1 shader differs from the binary's".to_owned(),
             Some(count) => format!("{count} shaders differ from the binary's"),

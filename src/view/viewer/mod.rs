@@ -14,13 +14,13 @@ use super::{
     no_display,
     paint::{Painter, Triangles},
     panel::{Ask, Contents, Panel},
-    reload::Files,
     script::{Command, Script},
     times::History,
     Shown, ViewError, ViewOptions,
 };
 use crate::{
     gpu::{
+        files::Files,
         window::{Finished, Frames, Retired, Timing},
         Buffer, Gpu, RenderDoc, Submitter,
     },

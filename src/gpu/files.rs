@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Shaders from the files that they were compiled from, read again while the window is open. Only those that are in use
-//! and whose text is not the binary's, that of their includes among it, are compiled.
+//! Shaders from the files that they were compiled from: what is edited is measured, or seen in the window, without a
+//! build. Only those whose text is not the binary's, that of their includes among it, are compiled.
 //!
-//! Left out: what a scene compiles itself, effects and laws of its own. They are read again with the scene, and see the
-//! includes of the binary.
+//! What a scene compiles itself, effects and laws of its own, sees what [`super::include`] was given, else the includes of the
+//! binary; in the window the latter.
 
-use crate::{
-    gpu::{
-        glsl::{self, Compiler, Stage},
-        reload::Replacements,
-        Gpu,
-    },
-    shaders,
+use super::{
+    glsl::{self, Compiler, Stage},
+    reload::Replacements,
 };
+use crate::shaders;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -24,10 +21,12 @@ pub struct Files(PathBuf);
 
 /// What was compiled.
 pub struct Compiled {
-    /// For [`Gpu::replace_shaders`].
+    /// For [`Gpu::replace_shaders`](super::Gpu::replace_shaders).
     pub replacements: Replacements,
     /// Names of the shaders.
     pub names: Vec<String>,
+    /// Files that they include and that differ, by their paths below the folder: for [`super::include`].
+    pub includes: BTreeMap<String, String>,
 }
 
 /// Path below the folder and text of every file.
@@ -79,16 +78,22 @@ impl Files {
         &self.0
     }
 
-    /// Compiles what is in use on `gpu` and is not what the binary has; `None` if there is no such folder.
+    /// Compiles those of [`shaders::ALL`] that are wanted and are not what the binary has; `None` if there is no such folder.
     ///
     /// # Errors
     /// The compiler's words, with file, line and excerpt.
-    pub fn compile(&self, gpu: &Gpu) -> Result<Option<Compiled>, String> {
+    pub fn compile(&self, is_wanted: impl Fn(&'static [u8]) -> bool) -> Result<Option<Compiled>, String> {
         let Self(dir) = self;
         if !dir.is_dir() {
             return Ok(None);
         }
         let now = texts(dir)?;
+        if !shaders::HASHES.iter().any(|(name, _)| now.contains_key(*name)) {
+            return Err(format!(
+                "{}: none of this crate's shaders is below it, as water/waves.comp",
+                dir.display()
+            ));
+        }
         let binary: BTreeMap<&str, u64> = shaders::HASHES.iter().copied().collect();
         let is_other =
             |(name, text): &(&String, &String)| binary.get(name.as_str()) != Some(&glsl::hash(text));
@@ -96,8 +101,11 @@ impl Files {
         let includes = now.clone();
         let compiler =
             Compiler::new(move |name| includes.get(name).cloned()).map_err(|error| error.to_string())?;
-        let mut compiled = Compiled { replacements: Replacements::new(), names: Vec::new() };
-        for (name, spv) in shaders::ALL.iter().filter(|(_, spv)| gpu.uses_shader(spv)) {
+        let others = changed.iter().filter(|name| name.ends_with(".glsl"));
+        let others = others.map(|name| ((*name).clone(), now[*name].clone())).collect();
+        let mut compiled =
+            Compiled { replacements: Replacements::new(), names: Vec::new(), includes: others };
+        for (name, spv) in shaders::ALL.iter().filter(|(_, spv)| is_wanted(spv)) {
             let [module, pass, kind] = name.splitn(3, '.').collect::<Vec<_>>()[..] else { continue };
             let (file, stage) = (format!("{module}/{pass}.{kind}"), Stage::of_extension(kind));
             let (Some(text), Some(stage)) = (now.get(&file), stage) else { continue };
