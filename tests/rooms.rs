@@ -141,6 +141,9 @@ fn the_plan_lists_what_is_near_and_a_shadow_of_depth_alone() {
     let (found, between) = (4 * (words + 2 * cells), 4 * (words + 1));
     assert_eq!((near, bytes("particles.near")), (found, Some(found + between)));
     assert_eq!(bytes("draw.shadow"), Some(8 * 2048 * 2048));
+    // Particles are listed while they wait, 10 words each.
+    let particles = bytes("particles.particles.0").unwrap();
+    assert_eq!(bytes("particles.deferred"), Some(16 + particles / 7 * 10));
 }
 
 #[test]

@@ -37,13 +37,11 @@ layout(set = 0, binding = 6, std430) buffer Places { uint places[]; };
 const uint tile = group * items;
 const uint marks = (tile + 31u) / 32u;
 
-shared uint gone[marks];         // a bit for each slot of the tile whose particle is not written
-shared uint gone_before[marks];  // set bits in the words before
-shared uint written;             // how many are
-shared uint base;                // where the first goes
-const uint PARTS = 32u;
-shared uint counted[group];  // living particles of tiles before this one, in parts
-shared uint parts[PARTS];
+shared uint gone[marks];              // a bit for each slot of the tile whose particle is not written
+shared uint gone_before[marks + 1u];  // set bits in the words before
+shared uint base;                     // where the first goes
+shared uint counted[group];           // living particles of tiles before this one, in parts
+shared uint tiles_before;             // their sum
 shared uint staged[2u * tile];
 shared uint aged, ended, spoiled, low_count, high_count;
 
@@ -53,24 +51,31 @@ Particle born_at(uint j, out float left_s) {
     return birth_of(emitters[e], births[e], j - births[e].first, left_s);
 }
 
-// Adds up the bits of `gone`, once every invocation has set its own, and `counted`.
+// Adds up the bits of `gone`, once every invocation has set its own, and `counted`: short sums, which all make at once.
 void rank_tile() {
     barrier();
-    for (uint part = gl_LocalInvocationIndex; part < PARTS; part += group) {
-        uint sum = 0u;
-        for (uint k = part; k < group; k += PARTS) sum += counted[k];
-        parts[part] = sum;
-    }
-    for (uint w = gl_LocalInvocationIndex; w < marks; w += group) {
-        uint before = 0u;
-        for (uint k = 0u; k < marks; ++k) {
-            if (k < w) before += bitCount(gone[k]);
+    const uint runs = (marks + 3u) / 4u;  // of four words
+    for (uint i = gl_LocalInvocationIndex; i < marks * runs; i += group) {
+        uint upto = i / runs + 1u, first = 4u * (i % runs), sum = 0u;
+        [[unroll]] for (uint q = 0u; q < 4u; ++q) {
+            if (first + q < upto) sum += bitCount(gone[first + q]);
         }
-        gone_before[w] = before;
-        if (w == marks - 1u) written = tile - before - bitCount(gone[w]);
+        if (sum > 0u) atomicAdd(gone_before[upto], sum);
+    }
+    const uint parts = 32u;
+    uint part = group - 1u - gl_LocalInvocationIndex;  // by the last, as the first have the bits
+    if (compaction == COMPACT_STABLE && part < parts) {
+        uint sum = 0u;
+        [[unroll]] for (uint k = 0u; k < (group + parts - 1u) / parts; ++k) {
+            if (k * parts + part < group) sum += counted[k * parts + part];
+        }
+        if (sum > 0u) atomicAdd(tiles_before, sum);
     }
     barrier();
 }
+
+// How many are written.
+uint written() { return tile - gone_before[marks]; }
 
 // How many are written before the one at `at` in the tile.
 uint rank_of(uint at) {
@@ -87,63 +92,101 @@ float law_step_s() { return p.dt_s; }
 uint slot_now;  // set before each call of the law
 uint law_slot() { return slot_now; }
 
+uint slot_of(uint v) {
+    if (compaction != COMPACT_RING) return v;
+    uint slot = v + pool.first;
+    return slot >= p.capacity ? slot - p.capacity : slot;
+}
+
+// Place of a free slot in the queue of free slots, from where this step has begun to take them.
+uint queued(Particle nobody) {
+    uint place = floatBitsToUint(nobody.at_m.y);
+    uint first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;
+    return place - first + (place < first ? 2u * p.capacity : 0u);
+}
+
+// Which birth of the step takes v.
+uint birth_in(uint v, Particle holder) {
+    bool is_free = compaction == COMPACT_IN_PLACE && v < pool.sources;
+    return is_free ? queued(holder) : pool.taken + v - pool.sources;
+}
+
+// Word w of the survivors leaves shared memory. Writing starts where a line of 32 words does; a line is no longer than the
+// workgroup is wide.
+void leave(uint w, uint from, uint to) {
+    uint ahead = to & 31u, end = written() + ahead, start = place_of(w, to - ahead);
+    [[unroll]] for (uint k = 0u; k <= items; ++k) {
+        uint j = k * group + gl_LocalInvocationIndex;
+        if (j >= ahead && j < end) new_particles[start + j * (records == LAYOUT_RECORDS ? 7u : 1u)] = staged[from + j - ahead];
+    }
+}
+
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint t = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint sources = pool.sources, all = sources + pool.births - pool.taken;
+    uint start = p.now - p.dt_ticks, sources = pool.sources;
+    uint all = sources + pool.births - pool.taken, turn = pool.turn;
     if (t * tile >= all) return;  // the whole workgroup
-    uint start = p.now - p.dt_ticks;
+
+    // Read all first: loads are under way together.
+    Particle it[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        uint v = t * tile + k * group + lane;
+        if (v < sources) it[k] = load_record(slot_of(v), start);
+    }
+    uint own = 0u, block = t / BLOCK;
+    if (compaction == COMPACT_STABLE) {
+        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(turn, tile);
+        [[unroll]] for (uint k = 0u; k < (BLOCK + group - 1u) / group; ++k) {
+            uint in_block = k * group + lane, one = block * BLOCK + in_block;
+            if (in_block < BLOCK && one < end) own += places[counts + one];
+        }
+    }
     for (uint w = lane; w < marks; w += group) gone[w] = 0u;
-    if (lane == 0u) aged = ended = spoiled = low_count = high_count = 0u;
+    for (uint w = lane; w <= marks; w += group) gone_before[w] = 0u;
+    if (lane == 0u) aged = ended = spoiled = low_count = high_count = tiles_before = 0u;
 #ifdef LAW_DEFERS
     if (lane == 0u) deferred_count = 0u;
 #endif
 
-    uint own = 0u, block = t / BLOCK;
-    if (compaction == COMPACT_STABLE) {
-        uint end = min(t, (sources + tile - 1u) / tile), counts = counts_of_tiles(pool.turn, tile);
-        for (uint k = block * BLOCK + lane; k < end; k += group) own += places[counts + k];
+    bool lives[items];
+    bool is_birth[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        uint v = t * tile + k * group + lane;
+        is_birth[k] = v >= sources && v < all;
+        lives[k] = is_birth[k] || (v < sources && is_alive(it[k].born, start, p.life_ticks));
+        if (compaction == COMPACT_IN_PLACE && v < sources && it[k].at_m.x == NOWHERE_M) {
+            // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
+            lives[k] = is_birth[k] = queued(it[k]) < pool.taken;
+        }
     }
 
-    // Read all first: loads are under way together.
-    Particle it[items];
-    uint slot[items];
-    [[unroll]] for (uint k = 0u; k < items; ++k) {
-        uint v = t * tile + k * group + lane;
-        slot[k] = v;
-        if (compaction == COMPACT_RING) {
-            slot[k] += pool.first;
-            if (slot[k] >= p.capacity) slot[k] -= p.capacity;
-        }
-        if (v < sources) it[k] = load_record(slot[k], start);
-        else it[k] = Particle(vec3(0.0), vec3(0.0), start - p.life_ticks);
-    }
-    bool lives[items];
+#ifdef LAW_DEFERS
+    // Before ranks are known: what the law must look at is under way meanwhile.
+    bool goes_on[items];
+    bool waits[items];
     float dt_s[items];
-    uint free_first = pool.free_first + (pool.free_first < pool.taken ? 2u * p.capacity : 0u) - pool.taken;  // before this step
     [[unroll]] for (uint k = 0u; k < items; ++k) {
-        uint v = t * tile + k * group + lane;
+        slot_now = t * tile + k * group + lane;
         dt_s[k] = p.dt_s;
-        if (v < sources) {
-            lives[k] = is_alive(it[k].born, start, p.life_ticks);
-            if (compaction == COMPACT_IN_PLACE && it[k].at_m.x == NOWHERE_M) {
-                // Nobody: whoever holds the slot bears what takes it, as nobody else knows when it has been read.
-                uint place = floatBitsToUint(it[k].at_m.y);
-                uint j = place - free_first + (place < free_first ? 2u * p.capacity : 0u);
-                lives[k] = j < pool.taken;
-                if (lives[k]) it[k] = born_at(j, dt_s[k]);
-            }
-        } else {
-            lives[k] = v < all;
-            if (lives[k]) it[k] = born_at(pool.taken + (v - sources), dt_s[k]);
-        }
+        if (is_birth[k]) it[k] = born_at(birth_in(slot_now, it[k]), dt_s[k]);
+        goes_on[k] = lives[k];
+        waits[k] = lives[k] && !advance_at_once(it[k], dt_s[k]) && is_alive(it[k].born, p.now, p.life_ticks)
+                && are_numbers(it[k].at_m) && are_numbers(it[k].velocity_mps);
     }
+#endif
 
     // Stable: the place of each is known before it is moved.
-    uint rank[items];
     uint to = 0u;
+    barrier();
+#ifdef LAW_DEFERS
+    uint listed[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        if (waits[k]) listed[k] = atomicAdd(deferred_count, 1u);
+    }
+    if (compaction != COMPACT_STABLE) barrier();
+#endif
     if (compaction == COMPACT_STABLE) {
-        barrier();
         [[unroll]] for (uint k = 0u; k < items; ++k) {
             uint at = k * group + lane;
             if (!lives[k]) atomicOr(gone[at / 32u], 1u << (at & 31u));
@@ -152,25 +195,21 @@ void main() {
         rank_tile();
         // Survivors before the block, those of its tiles before this one, and the births among them.
         to = places[before_blocks(tile) + block] + clamp(t * tile, sources, all) - clamp(block * BLOCK * tile, sources, all);
-        for (uint k = 0u; k < PARTS; ++k) to += parts[k];
-        [[unroll]] for (uint k = 0u; k < items; ++k) rank[k] = rank_of(k * group + lane);
-    } else {
-        barrier();
+        to += tiles_before;
     }
-
-    bool goes_on[items];
 #ifdef LAW_DEFERS
-    bool waits[items];
-#endif
+    // A list of all workgroups together: each takes room for its own at once.
+    uint room = 0u;
+    if (lane == group - 1u && deferred_count > 0u) room = atomicAdd(deferred.count, deferred_count);
+#else
+    bool goes_on[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         slot_now = t * tile + k * group + lane;
-#ifdef LAW_DEFERS
-        goes_on[k] = lives[k];
-        waits[k] = lives[k] && !advance_at_once(it[k], dt_s[k]);
-#else
-        goes_on[k] = lives[k] && advance(it[k], dt_s[k]);
-#endif
+        float dt_s = p.dt_s;
+        if (is_birth[k]) it[k] = born_at(birth_in(slot_now, it[k]), dt_s);
+        goes_on[k] = lives[k] && advance(it[k], dt_s);
     }
+#endif
 
     bool stays[items];
     [[unroll]] for (uint k = 0u; k < items; ++k) {
@@ -193,7 +232,7 @@ void main() {
             }
             if (is_young) it[k].born = p.now - p.life_ticks;
             if (compaction == COMPACT_STABLE) {
-                if ((to + rank[k]) / tile == to / tile) atomicAdd(low_count, 1u);
+                if ((to + rank_of(k * group + lane)) / tile == to / tile) atomicAdd(low_count, 1u);
                 else atomicAdd(high_count, 1u);
             }
             if (compaction == COMPACT_IN_PLACE) {
@@ -209,73 +248,58 @@ void main() {
             if (!stays[k]) atomicOr(gone[at / 32u], 1u << (at & 31u));
         }
         rank_tile();
-        if (lane == 0u) base = atomicAdd(pool.appended, written);
+        if (lane == 0u) base = atomicAdd(pool.appended, written());
         barrier();
         to = base;
-        [[unroll]] for (uint k = 0u; k < items; ++k) rank[k] = rank_of(k * group + lane);
     }
 
     bool is_ranked = compaction == COMPACT_STABLE || compaction == COMPACT_GROUP;
-    if (is_ranked) {
-        [[unroll]] for (uint k = 0u; k < items; ++k) {
-            if (compaction == COMPACT_STABLE ? !lives[k] : !stays[k]) rank[k] = tile;  // not written
-        }
+    bool is_written[items];
+    uint place[items];
+    [[unroll]] for (uint k = 0u; k < items; ++k) {
+        uint at = k * group + lane, v = t * tile + at;
+        is_written[k] = stays[k];
+        if (compaction == COMPACT_STABLE) is_written[k] = lives[k];    // who ends is left out by the next step
+        if (compaction == COMPACT_IN_PLACE) is_written[k] = lives[k];  // a free slot is written by who is born there
+        if (compaction == COMPACT_RING) is_written[k] = v < all;
+        place[k] = is_ranked ? rank_of(at) : slot_of(v);
     }
     if (is_ranked && gathers) {
-        // Writing starts where a line of 32 words does; a line is no longer than the workgroup is wide.
-        uint many = written, ahead = to & 31u;
         [[unroll]] for (uint w = 0u; w < 7u; ++w) {
-            if (!has_word(w)) break;
             uint from = (w & 1u) * tile;
             [[unroll]] for (uint k = 0u; k < items; ++k) {
-                if (rank[k] < tile) staged[from + rank[k]] = word_of(it[k], w);
+                if (has_word(w) && is_written[k]) staged[from + place[k]] = word_of(it[k], w);
             }
-            barrier();
-            [[unroll]] for (uint k = 0u; k <= items; ++k) {
-                uint j = k * group + lane;
-                if (j >= ahead && j < many + ahead) new_particles[place_of(w, to - ahead + j)] = staged[from + j - ahead];
+            if (has_word(w)) {
+                barrier();
+                leave(w, from, to);
             }
         }
+        [[unroll]] for (uint k = 0u; k < items; ++k) place[k] += to;
     } else {
         [[unroll]] for (uint k = 0u; k < items; ++k) {
-            bool is_written = is_ranked ? rank[k] < tile : stays[k];
-            uint place = is_ranked ? to + rank[k] : slot[k];
-            if (compaction == COMPACT_IN_PLACE) is_written = lives[k];  // a free slot is written by who is born there
-            if (compaction == COMPACT_RING) is_written = t * tile + k * group + lane < all;
-            if (compaction == COMPACT_ATOMIC && stays[k]) place = atomicAdd(pool.appended, 1u);
+            place[k] += to;
+            if (compaction == COMPACT_ATOMIC && stays[k]) place[k] = atomicAdd(pool.appended, 1u);
 #ifdef SUBGROUPS
             if (compaction == COMPACT_SUBGROUP) {
                 uvec4 votes = subgroupBallot(stays[k]);
                 uint first = 0u;
                 if (subgroupElect()) first = atomicAdd(pool.appended, subgroupBallotBitCount(votes));
-                place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
+                place[k] = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(votes);
             }
 #endif
-            slot[k] = place;
-            if (is_written) {
+            if (is_written[k]) {
                 [[unroll]] for (uint w = 0u; w < 7u; ++w) {
-                    if (has_word(w)) new_particles[place_of(w, place)] = word_of(it[k], w);
+                    if (has_word(w)) new_particles[place_of(w, place[k])] = word_of(it[k], w);
                 }
             }
         }
     }
 #ifdef LAW_DEFERS
-    // A list of all workgroups together: each takes room for its own at once.
-    uint turn[items];
-    [[unroll]] for (uint k = 0u; k < items; ++k) {
-        if (waits[k] && stays[k]) turn[k] = atomicAdd(deferred_count, 1u);
-    }
-    barrier();
-    if (lane == 0u && deferred_count > 0u) {
-        deferred_base = atomicAdd(deferred.count, deferred_count);
-        uint groups = (deferred_base + deferred_count + DEFERRED_GROUP - 1u) / DEFERRED_GROUP;
-        atomicMax(deferred.groups_x, min(groups, MOST_DEFERRED_GROUPS));
-    }
+    if (lane == group - 1u) deferred_base = room;
     barrier();
     [[unroll]] for (uint k = 0u; k < items; ++k) {
-        if (!waits[k] || !stays[k]) continue;
-        uint place = is_ranked && gathers ? to + rank[k] : slot[k];
-        deferred.list[deferred_base + turn[k]] = DeferredOne(place, t * tile + k * group + lane, dt_s[k]);
+        if (waits[k]) defer(deferred_base + listed[k], place[k], t * tile + k * group + lane, dt_s[k], it[k]);
     }
 #endif
     if (compaction == COMPACT_RING) {
@@ -289,8 +313,9 @@ void main() {
     barrier();
     if (lane != 0u) return;
     if (compaction == COMPACT_STABLE) {
-        uint low = min(written, tile - to % tile), high = written - low, one = to / tile;
-        uint tiles = counts_of_tiles(1u - pool.turn, tile), blocks = counts_of_blocks(1u - pool.turn, tile);
+        uint many = written(), low = min(many, tile - to % tile), high = many - low, one = to / tile;
+        uint tiles = counts_of_tiles(next_turn(turn), tile), blocks = counts_of_blocks(next_turn(turn), tile);
+        places[counts_of_tiles(last_turn(turn), tile) + t] = 0u;  // for the next step to count in
         if (low > 0u) atomicAdd(places[tiles + one], low - low_count);
         if (high > 0u) atomicAdd(places[tiles + one + 1u], high - high_count);
         if (low > 0u) atomicAdd(places[blocks + one / BLOCK], low - low_count);

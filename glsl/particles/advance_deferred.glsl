@@ -1,4 +1,4 @@
-// Moves those whom a law has put off, where the advance has written them, an invocation each: who takes long holds up nobody
+// Moves those whom a law has put off to where the advance has left room for them, an invocation each: who takes long holds up nobody
 // else, and the registers that it needs are not those of the many. Included after the law.
 // CPU twin: none of its own, as nothing depends on who is put off.
 #include "particles/step.glsl"
@@ -7,13 +7,13 @@ layout(local_size_x_id = 0) in;
 layout(constant_id = 2) const uint tile = 1024u;  // slots that a workgroup of the advance takes
 
 #define POOL_ACCESS
-#include "particles/pool.glsl"
+#include "particles/state.glsl"
 #include "particles/layouts.glsl"
 #include "particles/numbers.glsl"
 #include "particles/deferred.glsl"
 
-layout(set = 0, binding = 2, std430) writeonly buffer NewParticles { uint new_particles[]; };  // and the same to read
-layout(set = 0, binding = 3, std430) buffer Places { uint places[]; };
+layout(set = 0, binding = 1, std430) writeonly buffer NewParticles { uint new_particles[]; };
+layout(set = 0, binding = 2, std430) buffer Places { uint places[]; };
 
 uint law_tick() { return p.now; }
 float law_step_s() { return p.dt_s; }
@@ -30,8 +30,8 @@ void end_at(uint place, bool is_sound, inout Particle it) {
     }
     it.born = p.now - p.life_ticks;
     if (compaction == COMPACT_STABLE) {
-        atomicAdd(places[counts_of_tiles(1u - pool.turn, tile) + place / tile], 0xffffffffu);
-        atomicAdd(places[counts_of_blocks(1u - pool.turn, tile) + place / tile / BLOCK], 0xffffffffu);
+        atomicAdd(places[counts_of_tiles(next_turn(pool.turn), tile) + place / tile], 0xffffffffu);
+        atomicAdd(places[counts_of_blocks(next_turn(pool.turn), tile) + place / tile / BLOCK], 0xffffffffu);
     }
     if (compaction == COMPACT_RING) atomicAdd(places[place / tile], 0xffffffffu);
     if (compaction == COMPACT_IN_PLACE) {
@@ -42,13 +42,13 @@ void end_at(uint place, bool is_sound, inout Particle it) {
 
 void main() {
     for (uint q = gl_GlobalInvocationID.x; q < deferred.count; q += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        uint place = deferred.list[q].place;
-        slot_now = deferred.list[q].slot;
-        Particle it = load_record(place, p.now);
-        bool goes_on = advance(it, deferred.list[q].dt_s);
+        uint place;
+        float dt_s;
+        Particle it = deferred_at(q, place, slot_now, dt_s);
+        bool goes_on = advance(it, dt_s);
         bool is_sound = are_numbers(it.at_m) && are_numbers(it.velocity_mps);
         if (!goes_on || !is_sound) end_at(place, is_sound, it);
-        for (uint w = 0u; w < 7u; ++w) {
+        [[unroll]] for (uint w = 0u; w < 7u; ++w) {
             if (has_word(w)) new_particles[place_of(w, place)] = word_of(it, w);
         }
     }

@@ -56,11 +56,12 @@ uint sides_of(uvec2 known, uint k) {
 }
 
 #ifdef NEAR_BINDING
-// What `particles.near` has found. First four bits a cell: how many cells away the nearest occupied one is, 0 if it is itself;
-// one more than was looked at if there is none. Then what is known of the planes of each.
+// What `particles.near` has found. First four bits for the least corner of each cell: how many cells lie between it and the
+// nearest occupied one, the greatest of the three axes counting; one more than was looked at if there is none. Then what is
+// known of the planes of each cell.
 layout(set = 0, binding = NEAR_BINDING, std430) readonly buffer Near { uint near[]; };
 
-int gap_at(uint cell) { return int(near[cell >> 3u] >> (4u * (cell & 7u)) & 15u); }
+int gap_at(uint corner) { return int(near[corner >> 3u] >> (4u * (corner & 7u)) & 15u); }
 
 uvec2 known_at(Grid grid, uint cell) {
     uint from = (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 2u * cell;

@@ -22,6 +22,7 @@ uint word_of(Particle it, uint w) {
     return w < 6u ? floatBitsToUint(it.velocity_mps[w - 3u]) : it.born;
 }
 
+#ifdef POOL_GLSL  // for passes that read them
 // `now` tells to which of the rounds of a packed birth's 1024 s it belongs.
 Particle load_record(uint i, uint now) {
     if (records == LAYOUT_PACKED) {
@@ -35,3 +36,4 @@ Particle load_record(uint i, uint now) {
     for (uint k = 0u; k < 7u; ++k) w[k] = particles[place_of(k, i)];
     return particle_of(w);
 }
+#endif

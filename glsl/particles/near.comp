@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// How many cells away the nearest occupied one is, the greatest of the three axes counting, as far as `reach`: four bits a
-// cell. A particle that cannot leave that many in a step needs no other look. Axis by axis: along x from the bits of
+// How many cells lie between a corner of cells and the nearest occupied one, the greatest of the three axes counting, as far as
+// `reach`: four bits for the least corner of each cell. A particle whose way in a step does not come out of that many needs no
+// other look. (Of a cell's middle it would tell less: most ways are in two cells of an axis.) Axis by axis: along x from the bits of
 // `Occupied`, then the least, over the cells along y and z, of the greater of how far they are and what they have. Behind
 // them two words a cell: which planes are met in it, its own and those it lacks and a cell beside it has, and where they
 // end. An invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
@@ -123,13 +124,13 @@ uvec2 known_of(ivec3 cell) {
     return known;
 }
 
-// Along x, of a cell.
+// Along x, of the least corner of a cell: that and those after it are on one side, those before it on the other.
 uint gap_in_row(uint i) {
-    uint x = i % p.cells_x, back = min(x, p.reach), ahead = min(p.cells_x - 1u - x, p.reach);
+    uint x = i % p.cells_x, back = min(x, p.reach + 1u), ahead = min(p.cells_x - 1u - x, p.reach);
     uint bits = occupied_bits(i - back, back + 1u + ahead);
-    uint before = bits & ((2u << back) - 1u), after = bits >> back;
+    uint before = bits & ((1u << back) - 1u), after = bits >> back;
     uint gap = p.reach + 1u;
-    if (before != 0u) gap = min(gap, back - uint(findMSB(before)));
+    if (before != 0u) gap = min(gap, back - 1u - uint(findMSB(before)));
     if (after != 0u) gap = min(gap, uint(findLSB(after)));
     return gap;
 }
@@ -150,16 +151,17 @@ uint gaps_across(uint word, uint count) {
     for (uint b = 0u; b < 8u; ++b) place[b] = int(axis == 1u ? (8u * word + b) / p.cells_x % p.cells_y
                                                              : (8u * word + b) / p.cells_x / p.cells_y);
     uint gaps = from[word];
-    for (int away = 1; away <= int(p.reach); ++away) {
-        for (int side = -1; side <= 1; side += 2) {
-            int first = int(8u * word) + side * away * int(stride);
+    for (int away = 0; away <= int(p.reach); ++away) {
+        for (int side = away == 0 ? -1 : 1; side >= -1; side -= 2) {
+            // The first cell before the corner is as near as that behind it.
+            int by = side > 0 ? away : -1 - away, first = int(8u * word) + by * int(stride);
             if (first <= -8 || first >= int(count)) continue;
             // What lies before the first cell is asked of no cell: the place of each is looked at.
             uint there = first < 0 ? gaps_from(0u) << uint(-4 * first) : gaps_from(uint(first));
             uint least = 0u;
             for (uint b = 0u; b < 8u; ++b) {
                 uint own = gaps >> (4u * b) & 15u, other = max(there >> (4u * b) & 15u, uint(away));
-                int at = place[b] + side * away;
+                int at = place[b] + by;
                 least |= (at >= 0 && at < most ? min(own, other) : own) << (4u * b);
             }
             gaps = least;

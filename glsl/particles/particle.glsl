@@ -21,8 +21,9 @@ struct Particle {
 // which the advance defines (other passes that call a law: the tick). A law that takes long for a few is two shaders: one
 // that defines LAW_DEFERS and
 //     bool advance_at_once(inout Particle particle, float dt_s)
-// which moves the others, and says of those few, whom it leaves as they are, that they must wait; and one of `advance` with
-// `particles/advance_deferred.glsl`, which moves those and binds less (`colliding.comp`, `colliding_deferred.comp`).
+// which moves the others, and says of those few, whom it leaves as they are, that they must wait (it is called before the first
+// barrier of the advance, and may hold none); and one of `advance` with `particles/advance_deferred.glsl`, which moves those
+// and binds less (`colliding.comp`, `colliding_deferred.comp`).
 #ifndef LAW_BINDING
 #define LAW_BINDING 5
 #endif

@@ -83,8 +83,9 @@ uint draw(uint e) {
 void main() {
     uint lane = gl_LocalInvocationIndex, lanes = 256u;
     // Read first, as the rest waits for it: one workgroup has nothing else to do meanwhile.
-    uint sources = pool.slots, first = pool.first, turn = 1u - pool.turn;  // of `turn`: the half that the last step counted in
-    uint alive = pool.born - pool.aged - pool.ended - pool.spoiled;        // low words: differences wrap
+    uint sources = pool.slots, first = pool.first, turn = next_turn(pool.turn);  // the third that the last step counted in
+    uint last_sources = pool.sources;
+    uint alive = pool.born - pool.aged - pool.ended - pool.spoiled;  // low words: differences wrap
     uint in_block = compaction == COMPACT_STABLE && lane < most_blocks(tile) ? places[counts_of_blocks(turn, tile) + lane] : 0u;
     uint all;
     uint mine = lane < p.emitters ? draw(lane) : 0u;
@@ -121,12 +122,14 @@ void main() {
             if (block < blocks) places[before_blocks(tile) + block] = to;
             carried += total;
         }
-        // The other half, as far as this step will count in it.
-        uint counted = alive + taken_in, tiles = (counted + tile - 1u) / tile;
-        for (uint t = lane; t < tiles; t += lanes) places[counts_of_tiles(1u - turn, tile) + t] = 0u;
-        for (uint block = lane; block * BLOCK < tiles; block += lanes) {
-            places[counts_of_blocks(1u - turn, tile) + block] = 0u;
+        // The blocks of the next third, as far as this step will count in it. Its tiles are clear: each workgroup of the
+        // advance clears its own tile of the last third, and those beyond the last workgroup are left to this pass.
+        uint counted_blocks = (alive + taken_in + span - 1u) / span;
+        for (uint block = lane; block < counted_blocks; block += lanes) {
+            places[counts_of_blocks(next_turn(turn), tile) + block] = 0u;
         }
+        uint cleared = (all_in + tile - 1u) / tile, last_tiles = (last_sources + tile - 1u) / tile;
+        for (uint t = cleared + lane; t < last_tiles; t += lanes) places[counts_of_tiles(last_turn(turn), tile) + t] = 0u;
     }
     if (lane != 0u) return;
 
@@ -134,8 +137,10 @@ void main() {
     pool.free_first = (pool.free_first + taken) % (2u * p.capacity);  // the queue is a ring: a count would jump where it wraps
     pool.free_count -= taken;
     pool.taken = taken;
-    deferred.groups_x = deferred.count = 0u;
+    // As many as there is work for if all wait: to count groups together with `count` would be one more atomic a workgroup.
+    deferred.groups_x = min((sources + taken_in + DEFERRED_GROUP - 1u) / DEFERRED_GROUP, MOST_DEFERRED_GROUPS);
     deferred.groups_y = deferred.groups_z = 1u;
+    deferred.count = 0u;
     pool.first = first;
     pool.sources = sources;
     pool.births = taken_in;

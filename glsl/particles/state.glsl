@@ -37,7 +37,7 @@ struct PoolState {
     uint free_first;   // queue of free slots: where it begins, after this step has taken
     uint free_count;   // its length
     uint taken;        // by the births of this step
-    uint turn;         // which half of the counts of tiles this step reads: it counts in the other
+    uint turn;         // which third of the counts of tiles this step reads: it counts in the next
     uint finished;     // workgroups of this step
     uint born;         // since the start: low words, then high words
     uint dropped;      // births for which there was no room

@@ -1,4 +1,6 @@
 // What the passes of a step share. Mirrors of `particles::{StepParams, Emitter, EmitterState}`.
+#ifndef STEP_GLSL
+#define STEP_GLSL
 
 struct StepParams {
     uint now;         // tick at the end of the step
@@ -48,14 +50,19 @@ const uint COMPACT_ATOMIC = 3u;    // one atomic a particle, as the book
 const uint COMPACT_IN_PLACE = 4u;  // nobody moves; births fill free slots
 const uint COMPACT_RING = 5u;      // nobody moves; births go to the end, and the beginning is freed
 
-// Where the counts of a stable pool lie in `places`: living particles of each tile and of each block of tiles, in two
-// halves by turns, then how many live in all blocks before each.
+// Where the counts of a stable pool lie in `places`: living particles of each tile and of each block of tiles, in three
+// parts by turns, then how many live in all blocks before each. A step reads one part, counts in the next, and clears the last,
+// which the step before it has read.
 const uint BLOCK = 256u;  // tiles
 
 uint most_tiles(uint tile) { return (2u * p.capacity + tile - 1u) / tile; }
 uint most_blocks(uint tile) { return (most_tiles(tile) + BLOCK - 1u) / BLOCK; }
 uint counts_of_tiles(uint turn, uint tile) { return turn * (most_tiles(tile) + most_blocks(tile)); }
 uint counts_of_blocks(uint turn, uint tile) { return counts_of_tiles(turn, tile) + most_tiles(tile); }
-uint before_blocks(uint tile) { return counts_of_tiles(2u, tile); }
+uint before_blocks(uint tile) { return counts_of_tiles(3u, tile); }
+uint next_turn(uint turn) { return (turn + 1u) % 3u; }
+uint last_turn(uint turn) { return (turn + 2u) % 3u; }
 
 layout(constant_id = 1) const uint compaction = COMPACT_STABLE;
+
+#endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The law `colliding`: ballistic flight in a scene that lies as planes in cells. Reads
-//! `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl` and `near.comp`.
+//! `glsl/particles/{colliding,collide_look,colliding_flight,collide_sweep,collide_seed}.glsl` and `near.comp`.
 //!
 //! A pool of this law binds [`Surroundings::resources`]; `particles.near` runs once after each change of the cells. Between
 //! impacts a particle is on an exact parabola, and the time of an impact a root of a quadratic, so energy does not depend on
@@ -159,9 +159,9 @@ impl Colliding {
     /// so that those that are no faster fly at the cost of one look. It is what is looked at round the middle of the way.
     pub fn reach_of(&self, speed_mps: f32, dt_s: f32) -> u32 {
         let fall = 0.5 * self.gravity_mps2.abs().max_element() * dt_s * dt_s;
-        let far = 0.5 * (speed_mps * dt_s + fall) + self.radius_m + self.slack_m;
+        let far = 0.5 * (speed_mps * dt_s + fall) + 0.25 * fall + self.radius_m + self.slack_m;
         let pad = self.surface_mps * (dt_s + self.lead_s) + 2e-3 * self.grid.cell_m;
-        (((far + pad) / self.grid.cell_m).ceil() as u32 + 1).clamp(1, Surroundings::MOST_REACH)
+        (((far + pad) / self.grid.cell_m).ceil() as u32).clamp(1, Surroundings::MOST_REACH)
     }
 
     /// Of the pool's own kernel, which only tells who flies freely: as for any short law.
@@ -195,7 +195,7 @@ pub struct NearParams {
     pub cell_m: f32,
 }
 
-/// What pools of the law collide with: cells, and how far each is from an occupied one.
+/// What pools of the law collide with: cells, and how far their corners are from an occupied one.
 pub struct Surroundings {
     cells: Cells,
     near: Buffer,
@@ -299,7 +299,8 @@ impl Surroundings {
         self.reach
     }
 
-    /// Four bits a cell: how many cells away the nearest occupied one is; then two words each: which planes are met in it, and where they end.
+    /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then two words a
+    /// cell: which planes are met in it, and where they end.
     pub fn near(&self) -> &Buffer {
         &self.near
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Twin of `glsl/particles/{colliding,collide_sweep,collide_seed}.glsl`.
+//! Twin of `glsl/particles/{colliding,collide_look,colliding_flight,collide_sweep,collide_seed}.glsl`, without `may_enter`: what
+//! that leaves out is never met.
 
 pub use super::cpu_near::near;
 use super::{
@@ -67,6 +68,14 @@ struct Window {
     centre_m: Vec3,
     home: usize,
     sides: [u32; 2],
+}
+
+/// A box of cells, and the corner nearest to its middle.
+#[derive(Clone, Copy)]
+struct Cells {
+    first: IVec3,
+    last: IVec3,
+    corner: IVec3,
 }
 
 /// A parabola, and when in the step it begins.
@@ -143,26 +152,30 @@ impl Law<'_> {
         ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * most
     }
 
-    fn cells_of_way(&self, from: Vec3, to: Vec3, pad: Vec3) -> [IVec3; 2] {
-        let (grid, most) = (&self.law.grid, UVec3::from(self.law.grid.cells).as_vec3());
-        let (low, high) = (from.min(to) - pad, from.max(to) + pad);
-        let first = grid.place(low).floor().clamp(Vec3::ZERO, most).as_ivec3();
-        [first, grid.place(high).floor().clamp(Vec3::NEG_ONE, most - 1.0).as_ivec3()]
+    fn box_of(&self, from: Vec3, to: Vec3, pad: Vec3) -> Cells {
+        let grid = &self.law.grid;
+        let (counts, most) = (UVec3::from(grid.cells).as_ivec3(), UVec3::from(grid.cells).as_vec3());
+        let low = grid.place(from.min(to) - pad).clamp(Vec3::ZERO, most);
+        let high = grid.place(from.max(to) + pad).clamp(Vec3::NEG_ONE, most);
+        let middle = 0.5 * (low + high) + 0.5;
+        Cells {
+            first: low.floor().as_ivec3(),
+            last: high.floor().as_ivec3().min(counts - 1),
+            corner: middle.floor().as_ivec3().clamp(IVec3::ZERO, counts - 1),
+        }
     }
 
-    fn room_of(&self, first: IVec3, last: IVec3) -> i32 {
-        if first.cmpgt(last).any() {
+    fn room_of(&self, it: &Cells) -> i32 {
+        if it.first.cmpgt(it.last).any() {
             return 0;
         }
-        let middle = (first + last) >> 1;
-        let cell = self.law.grid.index(middle).expect("in the grid");
-        gap(self.scene.near, cell) - 1 - (middle - first).max(last - middle).max_element()
+        let corner = self.law.grid.index(it.corner).expect("in the grid");
+        gap(self.scene.near, corner) - (it.corner - it.first).max(it.last + 1 - it.corner).max_element()
     }
 
     fn flies_freely(&self, from: Vec3, to: Vec3, pull: Vec3, dt: f32) -> bool {
         let pad = Vec3::splat(self.padding_m(dt, self.elapsed_at(dt))) + pull.abs() * (0.125 * dt * dt);
-        let [first, last] = self.cells_of_way(from, to, pad);
-        self.room_of(first, last) >= 0
+        self.room_of(&self.box_of(from, to, pad)) >= 0
     }
 
     fn is_in_cell(&self, from_centre: Vec3) -> bool {
@@ -184,6 +197,7 @@ impl Law<'_> {
         (number, plane): (usize, &Plane),
         centre: Vec3,
         window: &Window,
+        left: f32,
         hit: &mut Hit,
         deep: Option<&mut Vec3>,
     ) {
@@ -202,7 +216,7 @@ impl Law<'_> {
                 *deep += n * more;
             }
         }
-        let mut until = hit.after_s;
+        let mut until = left;
         if a > 0.0 && w < 0.0 {
             until = until.min(-w / a);
         }
@@ -229,7 +243,7 @@ impl Law<'_> {
         }
     }
 
-    fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
+    fn meet_cell(&self, leg: &Leg, cell: IVec3, left: f32, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
         let known = match self.method {
@@ -241,7 +255,7 @@ impl Law<'_> {
             let number = 2 * grid.index(stored).expect("in the grid") + (k & 1);
             let plane = (number, &self.scene.planes[number]);
             let window = Window { centre_m: grid.centre_m(cell), home: i, sides: sides_of(known, k) };
-            self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());
+            self.meet(leg, plane, grid.centre_m(stored), &window, left, hit, deep.as_deref_mut());
         }
     }
 
@@ -260,15 +274,15 @@ impl Law<'_> {
         let at = |after| moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, after);
         let mut piece = 0.0;
         while piece < pieces && hit.after_s > piece_s * piece {
-            let [first, last] = self.cells_of_way(at(piece_s * piece), at(piece_s * (piece + 1.0)), pad);
-            let room = self.room_of(first, last);
+            let cells = self.box_of(at(piece_s * piece), at(piece_s * (piece + 1.0)), pad);
+            let (Cells { first, last, .. }, room) = (cells, self.room_of(&cells));
             if room < 0 {
                 for z in first.z..=last.z {
                     for y in first.y..=last.y {
                         for x in first.x..=last.x {
                             let cell = IVec3::new(x, y, z);
                             if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
-                                self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
+                                self.meet_cell(leg, cell, left, &mut hit, deep.as_deref_mut());
                             }
                         }
                     }

@@ -31,15 +31,18 @@ pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<
         });
         ring = next;
     }
-    for (i, gap) in gaps.into_iter().enumerate() {
+    // Of a corner: the least of the cells that touch it.
+    for i in 0..count {
+        let touching = |k: i32| grid.index(grid.cell(i) - IVec3::new(k & 1, k >> 1 & 1, k >> 2));
+        let gap = (0..8).filter_map(touching).map(|cell| gaps[cell]).min().expect("the cell itself");
         near[i / 8] |= gap << (4 * (i % 8));
     }
     near
 }
 
 /// Twin of `gap_at`.
-pub(super) fn gap(near: &[u32], cell: usize) -> i32 {
-    (near[cell / 8] >> (4 * (cell % 8)) & 15) as i32
+pub(super) fn gap(near: &[u32], corner: usize) -> i32 {
+    (near[corner / 8] >> (4 * (corner % 8)) & 15) as i32
 }
 
 /// Twin of `known_at`.

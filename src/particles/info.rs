@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A pool to be made, and what is allowed of it.
 
-use super::{Compaction, Emitter, Error, Invalid, Layout, Options, TICKS_PER_S};
+use super::{options::DEFERRED_WORDS, Compaction, Emitter, Error, Invalid, Layout, Options, TICKS_PER_S};
 use crate::gpu::Gpu;
 
 /// A pool to be made.
@@ -28,17 +28,17 @@ impl PoolInfo<'_> {
     }
 }
 
-/// The life in ticks, if all is in range.
-pub(super) fn check(info: &PoolInfo<'_>, options: Options, gpu: &Gpu) -> Result<u32, Error> {
+/// The life in ticks, if all is in range. A law that `defers` particles lists them, 40 bytes each.
+pub(super) fn check(info: &PoolInfo<'_>, options: Options, defers: bool, gpu: &Gpu) -> Result<u32, Error> {
     let invalid = |key, value: String, allowed: String| Error::Invalid(Invalid { key, value, allowed });
     let words = options.layout.words();
     let range = u64::from(gpu.limits().max_storage_buffer_range).min(4 * u64::from(u32::MAX));
-    let per_particle = if options.compaction == Compaction::InPlace { words.max(2) } else { words };
-    // Indices of words and vertices stay below 2^32, in whole lines of 32.
-    let most = (range / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32 - 1;
+    let per_particle = if defers { DEFERRED_WORDS } else { words.max(2) };
+    // Indices of words and vertices stay below 2^32, in whole lines of 32; the list of the deferred has a head of 4 words.
+    let most = ((range - 16) / u64::from(4 * per_particle)).min(u64::from(u32::MAX / 7)) / 32 * 32 - 1;
     if !(1..=most).contains(&u64::from(info.capacity)) {
         let allowed =
-            format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * words);
+            format!("1 to {most}, what {} sees of a buffer at {} bytes each", gpu.name(), 4 * per_particle);
         return Err(invalid("capacity", info.capacity.to_string(), allowed));
     }
     let tile = options.tuning.tile();

@@ -5,7 +5,7 @@
 //! | kernel              | reads                                        | writes                                | CPU twin               |
 //! | ------------------- | -------------------------------------------- | ------------------------------------- | ---------------------- |
 //! | `particles.prepare` | emitters, counts                             | births, counts, arguments             | [`cpu::Pool::prepare`] |
-//! | `particles.near`    | cells                                        | how far each is from an occupied one  | [`cpu_near::near`]     |
+//! | `particles.near`    | cells                                        | how far corners are from occupied     | [`cpu_near::near`]     |
 //! | `particles.LAW`     | particles, emitters, births, law, counts     | new particles, places, counts         | [`cpu::Pool::advance`] |
 //! | `.._deferred`       | those that the law has put off               | the same, moved                       | of the law             |
 //!
@@ -13,8 +13,8 @@
 //! the GPU, the host neither reads nor guesses a count. A law is a function in GLSL that moves a particle by a time and says
 //! whether it goes on ([`Law`]): [`drag`] is one, a user's own is another.
 //!
-//! A step is two dispatches, three if the law puts some off. `particles.prepare`, one workgroup, counts the births of the step and adds up how many live
-//! in each tile of slots. `particles.LAW` takes a tile a workgroup: it reads, takes in births, moves, and writes survivors
+//! A step is two dispatches, three if the law puts some off. `particles.prepare`, one workgroup, counts the births of the step
+//! and adds up how many live in each tile of slots. `particles.LAW` takes a tile a workgroup: it reads, takes in births, moves, and writes survivors
 //! without gaps, in their order ([`Compaction::Stable`]), so that a run is the same to the bit whenever it is repeated.
 //! Who ends in a step is written once more, as old as a life, and left out by the next: whether it lives is then known as soon
 //! as it is read, and the places of all survivors before any is moved.

@@ -52,6 +52,9 @@ impl Tuning {
 /// Tiles that are added up together: `BLOCK` in `glsl/particles/step.glsl`.
 pub(super) const BLOCK: u32 = 256;
 
+/// Of a particle that is put off: `deferred.words` in `glsl/particles/deferred.glsl`.
+pub(super) const DEFERRED_WORDS: u32 = 10;
+
 /// What a pool is built with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl,advance_deferred.glsl}`.
+//! The pool on the GPU. Reads `glsl/particles/{prepare.comp,advance.glsl,deferred.glsl,advance_deferred.glsl}`.
 
 use super::{
     info::check,
     layout::{pack, unpack, CANARY, NOWHERE_M},
-    options::BLOCK,
+    options::{BLOCK, DEFERRED_WORDS},
     Compaction, Counts, EmitterState, EmitterWords, Error, Invalid, Law, Options, Particle, PoolInfo,
     PoolState, Snapshot, Step, StepParams,
 };
@@ -18,7 +18,7 @@ use std::ffi::CStr;
 const BLOCKS: [&str; 7] = ["Pool", "Particles", "NewParticles", "Emitters", "Births", "Law", "Places"];
 
 /// What the pass over those put off has bound.
-const DEFERRED_BLOCKS: [&str; 5] = ["Pool", "Particles", "NewParticles", "Places", "Law"];
+const DEFERRED_BLOCKS: [&str; 4] = ["Pool", "NewParticles", "Places", "Law"];
 
 /// First block of a law that puts particles off.
 const DEFERRED: &str = "Deferred";
@@ -48,10 +48,11 @@ impl Particles {
     /// If the device does not take the tuning, or has no subgroups for [`Compaction::Subgroup`].
     ///
     /// # Panics
-    /// If a workgroup takes no multiple of 32 slots.
+    /// If a workgroup takes no multiple of 32 slots, or gathers with fewer than 32 invocations.
     pub fn new(gpu: &Gpu, law: &Law<'_>, options: Options) -> gpu::Result<Self> {
         let Options { compaction, layout, tuning } = options;
         assert!(tuning.tile() > 0 && tuning.tile().is_multiple_of(32), "{tuning:?}: tiles of 32 slots");
+        assert!(!tuning.gathers || tuning.group >= 32, "{tuning:?}: what is gathered leaves by 32");
         let prepare = KernelInfo {
             name: c"particles.prepare",
             spv: shaders::PARTICLES_PREPARE_COMP,
@@ -110,7 +111,7 @@ impl Particles {
     pub fn pool_with(&self, info: &PoolInfo<'_>, resources: &[(&str, Resource<'_>)]) -> Result<Pool, Error> {
         let Options { compaction, layout, tuning } = self.options;
         let tile = tuning.tile();
-        let life_ticks = check(info, self.options, &self.gpu)?;
+        let life_ticks = check(info, self.options, self.defers, &self.gpu)?;
         let gpu = &self.gpu;
         let stride = (info.capacity + 1).next_multiple_of(32);
         let bytes = 4 * u64::from(layout.words()) * u64::from(stride);
@@ -132,7 +133,7 @@ impl Particles {
             stride,
             now: info.start,
             life_ticks,
-            turn: 1,
+            turn: 2,
             ..PoolState::default()
         };
         let state = gpu.upload("particles.pool", &[state])?;
@@ -140,14 +141,14 @@ impl Particles {
         let tiles = (2 * u64::from(info.capacity)).div_ceil(u64::from(tile));
         let words = match compaction {
             Compaction::InPlace => 2 * u64::from(info.capacity),
-            _ => 2 * tiles + 3 * tiles.div_ceil(BLOCK.into()),
+            _ => 3 * tiles + 4 * tiles.div_ceil(BLOCK.into()),
         };
         let mut clear = vec![0; words as usize];
         clear.push(CANARY);
         let places = gpu.upload("particles.places", &clear)?;
         // Without a law that puts particles off only its head, which `prepare` clears.
-        let most = if self.defers { 3 * u64::from(info.capacity) } else { 0 };
-        let list = buffer("particles.deferred", 4 * (4 + most.max(3)))?;
+        let most = if self.defers { u64::from(DEFERRED_WORDS * stride) } else { 1 };
+        let list = buffer("particles.deferred", 4 * (4 + most))?;
         gpu.once(|rec| {
             particles.iter().take(if is_still { 1 } else { 2 }).for_each(|it| rec.fill(it, CANARY));
             rec.barrier(Access::FillWrite, Self::ENTRY);
@@ -167,7 +168,7 @@ impl Particles {
         };
         let advance = [bind(0)?, bind(1)?];
         let bind_deferred = |kernel: &Kernel, to: usize| {
-            let own = [&state, &particles[to], &particles[to], &places, &law];
+            let own = [&state, &particles[to], &places, &law];
             let own = DEFERRED_BLOCKS.into_iter().zip(own.map(Resource::from));
             kernel.bind(&own.chain(listed).chain(resources.iter().copied()).collect::<Vec<_>>())
         };
@@ -339,7 +340,7 @@ impl Pool {
             stride: before.stride,
             now: before.now,
             life_ticks: before.life_ticks,
-            turn: 1,
+            turn: 2,
             born: count,
             ..PoolState::default()
         };

@@ -61,7 +61,7 @@ pub struct PoolState {
     pub free_count: u32,
     /// By the births of the last step.
     pub taken: u32,
-    /// Which half of the counts of tiles the last step read: it counted in the other.
+    /// Which third of the counts of tiles the last step read: it counted in the next.
     pub turn: u32,
     /// Workgroups of the last step, where they are counted.
     pub finished: u32,

@@ -91,17 +91,20 @@ impl EmitterPlan {
             list.push(PlannedBuffer { name: name.into(), bytes, because });
         };
         if let PlannedThrows::Law(law) = &self.throws {
-            let stride = u64::from(self.capacity.next_multiple_of(32));
+            let stride = u64::from((self.capacity + 1).next_multiple_of(32));
             for i in 0..2 {
                 add(&format!("particles.particles.{i}"), 28 * stride, because.clone());
             }
             add("particles.pool", size_of::<PoolState>() as u64, because.clone());
             add("particles.emitters, births, law", 80 + law.numbers.len() as u64, because.clone());
+            let tiles = (2 * u64::from(self.capacity)).div_ceil(512);
             add(
-                "particles.places (8 bytes a tile; 1024 slots a tile)",
-                u64::from(self.capacity.div_ceil(1024)) * 8,
+                "particles.places (512 slots a tile)",
+                12 * tiles + 16 * tiles.div_ceil(256) + 4,
                 because.clone(),
             );
+            let listed = if law.look.colliding.is_some() { 40 * stride } else { 4 };
+            add("particles.deferred", 16 + listed, because.clone());
             add("particles.glow (of the host)", 304, because.clone());
         }
         if let Some(([w, h], _)) = &self.texture {

@@ -28,7 +28,7 @@ impl Pool {
     fn make(&mut self) -> Gpu {
         let gpu = fresh();
         self.made += 1;
-        if gpu.adapter().kind == "CPU" {
+        if gpu.adapter().is_software() {
             self.most = available_parallelism().map_or(1, usize::from).min(4);
         }
         gpu

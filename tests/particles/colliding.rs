@@ -11,7 +11,8 @@ use whitecap::{
     particles::{
         colliding::{Colliding, Method, Surroundings},
         cpu_colliding::{self, Law, Scene},
-        Emitter, Particle, Particles, PoolInfo, Step, Thrown,
+        Compaction, Emitter, Layout, Options, Particle, Particles, PoolInfo, Step, Thrown, Tuning,
+        TICKS_PER_S,
     },
     random,
     study::{
@@ -577,5 +578,80 @@ fn numbers_out_of_range_are_refused_by_name() {
         (Colliding { grid: Grid { cell_m: 0.0, ..grid() }, ..good }, "grid"),
     ] {
         assert!(bad.check().unwrap_err().to_string().starts_with(key), "{key}");
+    }
+}
+
+/// Who is put off is moved alike whatever the pool; some come beyond 2^127 m, and end.
+#[test]
+fn every_pool_moves_those_who_are_put_off() {
+    const FAST_MPS: f32 = 1.6e38;
+    let gpu = gpu();
+    let (read, law) = (fill(&grid(), &mixed()), Colliding::new(grid(), 0.05));
+    let cells = cells_of(&gpu, grid(), &read);
+    let surroundings = Surroundings::new(&gpu, &cells, 3).unwrap();
+    gpu.once(|rec| surroundings.record(rec)).unwrap();
+    let emitters = [Emitter {
+        at_m: vec3(0.0, 0.2, 0.0),
+        velocity_mps: Vec3::ZERO,
+        speed_mps: 3.0,
+        rate_per_s: 600.0,
+        thrown: Thrown::Singly,
+    }];
+    let info = PoolInfo {
+        capacity: 4096,
+        life_s: 2.5,
+        seed: 5,
+        start: 0,
+        emitters: &emitters,
+        law: bytemuck::bytes_of(&law),
+    };
+    let mut start = crowd(600, 2.0);
+    start.iter_mut().step_by(9).for_each(|it| it.velocity_mps.x = FAST_MPS);
+    let fast = start.iter().filter(|it| it.velocity_mps.x == FAST_MPS).count() as u64;
+    let run = |compaction, layout, gathers| {
+        let tuning = Tuning { group: 64, items: 2, gathers };
+        let options = Options { compaction, layout, tuning };
+        let kernels = Particles::new(&gpu, &Colliding::law(Method::TwoPlanes), options).unwrap();
+        let stream = Stream::new(&gpu, 1 << 14).unwrap();
+        let mut pool = kernels.pool_with(&info, &surroundings.resources(&stream)).unwrap();
+        pool.upload(&start).unwrap();
+        let ticks = |s: f64| (s * f64::from(TICKS_PER_S)) as u32;
+        let mut steps = vec![Step::between(0, ticks(1.0)), Step::between(ticks(1.0), ticks(2.0))];
+        steps.extend((0..50).map(|i| Step::between(ticks(2.0) + i * 1000, ticks(2.0) + (i + 1) * 1000)));
+        for part in steps.chunks(10) {
+            gpu.once(|rec| {
+                stream.record_begin(rec);
+                for step in part {
+                    pool.record(rec, step);
+                    rec.barrier(Particles::EXIT, Particles::ENTRY);
+                }
+                stream.record_end(rec);
+            })
+            .unwrap();
+        }
+        let counts = pool.counts().unwrap();
+        let mut living = pool.living().unwrap();
+        let key = |it: &Particle| (it.born, it.at_m.to_array().map(f32::to_bits));
+        living.sort_by_key(key);
+        (counts, living)
+    };
+    let (counts, living) = run(Compaction::Stable, Layout::Planes, false);
+    assert_eq!(counts.spoiled, fast);
+    assert!(counts.aged > 600 - fast && living.len() > 1000, "{counts:?}, {}", living.len());
+    for compaction in
+        [Compaction::Stable, Compaction::Group, Compaction::Atomic, Compaction::InPlace, Compaction::Ring]
+    {
+        for (layout, gathers) in [(Layout::Planes, true), (Layout::Planes, false), (Layout::Packed, true)] {
+            let (other, there) = run(compaction, layout, gathers);
+            if layout == Layout::Planes {
+                assert_eq!(other, counts, "{compaction:?} {gathers}");
+                assert!(there == living, "{compaction:?} {gathers}");
+            } else {
+                // Halves and rounded births: as many to a round of births, all near the scene.
+                assert_eq!(other.spoiled, fast, "{compaction:?}");
+                assert!(there.len().abs_diff(living.len()) < 30, "{compaction:?} {}", there.len());
+                assert!(there.iter().all(|it| it.at_m.is_finite()), "{compaction:?}");
+            }
+        }
     }
 }
