@@ -12,6 +12,7 @@ struct Leg {
     vec3 velocity_mps;
     vec3 pull_mps2;
     float elapsed_s;
+    float left_s;  // until the step ends
 };
 
 // What is met. Of the plane only the number: who needs it loads it again, rather than carry it through all loops.
@@ -81,7 +82,7 @@ bool may_enter(vec3 from_m, vec3 to_m, vec3 bulge_m) {
 
 // The plane of the cell with its centre at `centre_m`, in its window. `deep_m` adds up what the particle lies in planes at the
 // start, if it is asked for.
-void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, float left_s, inout Hit hit, inout vec3 deep_m) {
+void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, inout Hit hit, inout vec3 deep_m) {
     vec3 front = planes[plane].normal, u = velocity_of(plane);
     precise vec3 from_centre = leg.at_m - (centre_m + u * leg.elapsed_s);
     precise float along = dotted(front, from_centre) + planes[plane].distance_m;
@@ -92,7 +93,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, flo
     precise float shallow = radius - slack;
     bool is_deep = asks_deep && d < shallow;
     // How low it comes: most do not come near, and are asked no more.
-    float until = left_s;
+    float until = leg.left_s;
     if (a > 0.0 && w < 0.0) until = min(until, -w / a);
     precise float lowest = d + (w * until + a * (0.5 * until * until));
     precise float deeper = d - 0.1 * slack;
@@ -100,7 +101,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, flo
     if (!is_near && !is_deep) return;
     precise vec3 from_window = leg.at_m - (window.centre_m + u * leg.elapsed_s);
     precise vec3 start = from_window - n * d;
-    vec3 way = (seen - n * w) * left_s, bulge = (leg.pull_mps2 - n * a) * (0.5 * left_s * left_s);
+    vec3 way = (seen - n * w) * leg.left_s, bulge = (leg.pull_mps2 - n * a) * (0.5 * leg.left_s * leg.left_s);
     if (!may_enter(start, start + way + bulge, bulge)) return;
     if (is_deep) {
         precise float more = (radius - d) - dotted(deep_m, n);
@@ -129,7 +130,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, flo
 }
 
 // All planes of the occupied cells of a box.
-void meet_box(Leg leg, Box box, bool asks_deep, float left_s, inout Hit hit, inout vec3 deep_m) {
+void meet_box(Leg leg, Box box, bool asks_deep, inout Hit hit, inout vec3 deep_m) {
     for (int z = box.first.z; z <= box.last.z; ++z) {
         for (int y = box.first.y; y <= box.last.y; ++y) {
             for (int x = box.first.x; x <= box.last.x; x += 32) {
@@ -144,7 +145,7 @@ void meet_box(Leg leg, Box box, bool asks_deep, float left_s, inout Hit hit, ino
                         ivec3 stored = cell_of_met(cell, k);
                         uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
                         meet(leg, plane, cell_centre_m(law.grid, stored), Window(cell_centre_m(law.grid, cell), home, sides_of(known, k)),
-                             asks_deep, left_s, hit, deep_m);
+                             asks_deep, hit, deep_m);
                     }
                 }
             }
@@ -152,7 +153,8 @@ void meet_box(Leg leg, Box box, bool asks_deep, float left_s, inout Hit hit, ino
     }
 }
 
-Hit first_hit(Leg leg, float left_s, bool asks_deep, inout vec3 deep_m) {
+Hit first_hit(Leg leg, bool asks_deep, inout vec3 deep_m) {
+    float left_s = leg.left_s;
     Hit hit = Hit(left_s, 0.0, NO_PLANE);
     precise vec3 fastest = abs(leg.velocity_mps) + abs(leg.pull_mps2) * left_s;
     precise float cells = max(max(fastest.x, fastest.y), fastest.z) * left_s / law.grid.cell_m;
@@ -168,7 +170,7 @@ Hit first_hit(Leg leg, float left_s, bool asks_deep, inout vec3 deep_m) {
         Box box = box_of(moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, from_s),
                          moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, to_s), pad);
         int room = room_of(box);
-        if (room < 0) meet_box(leg, box, asks_deep, left_s, hit, deep_m);
+        if (room < 0) meet_box(leg, box, asks_deep, hit, deep_m);
         else piece += float(room);  // no piece is longer than a cell
     }
     return hit;

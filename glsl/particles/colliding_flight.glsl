@@ -81,7 +81,7 @@ void collide(inout Particle it, float dt_s) {
     for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
         vec3 deep = vec3(0.0);
         precise vec3 moving = velocity + push;
-        Hit hit = first_hit(Leg(at, moving, pull, elapsed_at(left_s)), left_s, leg == 0u, deep);
+        Hit hit = first_hit(Leg(at, moving, pull, elapsed_at(left_s), left_s), leg == 0u, deep);
         if (leg == 0u && deep != vec3(0.0)) {
             // In a plane from the start: out of it within this step, but not by more than half a radius.
             float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));

@@ -85,6 +85,7 @@ struct Leg {
     velocity_mps: Vec3,
     pull_mps2: Vec3,
     elapsed_s: f32,
+    left_s: f32,
 }
 
 fn moved(at: Vec3, velocity: Vec3, pull: Vec3, after: f32) -> Vec3 {
@@ -197,7 +198,6 @@ impl Law<'_> {
         (number, plane): (usize, &Plane),
         centre: Vec3,
         window: &Window,
-        left: f32,
         hit: &mut Hit,
         deep: Option<&mut Vec3>,
     ) {
@@ -216,7 +216,7 @@ impl Law<'_> {
                 *deep += n * more;
             }
         }
-        let mut until = left;
+        let mut until = leg.left_s;
         if a > 0.0 && w < 0.0 {
             until = until.min(-w / a);
         }
@@ -243,7 +243,7 @@ impl Law<'_> {
         }
     }
 
-    fn meet_cell(&self, leg: &Leg, cell: IVec3, left: f32, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
+    fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
         let known = match self.method {
@@ -255,12 +255,12 @@ impl Law<'_> {
             let number = 2 * grid.index(stored).expect("in the grid") + (k & 1);
             let plane = (number, &self.scene.planes[number]);
             let window = Window { centre_m: grid.centre_m(cell), home: i, sides: sides_of(known, k) };
-            self.meet(leg, plane, grid.centre_m(stored), &window, left, hit, deep.as_deref_mut());
+            self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());
         }
     }
 
-    fn first_hit(&self, leg: &Leg, left: f32, mut deep: Option<&mut Vec3>) -> Hit {
-        let grid = &self.law.grid;
+    fn first_hit(&self, leg: &Leg, mut deep: Option<&mut Vec3>) -> Hit {
+        let (grid, left) = (&self.law.grid, leg.left_s);
         let mut hit = Hit { after_s: left, distance_m: 0.0, met: None };
         let fastest = leg.velocity_mps.abs() + leg.pull_mps2.abs() * left;
         let cells = fastest.max_element() * left / grid.cell_m;
@@ -282,7 +282,7 @@ impl Law<'_> {
                         for x in first.x..=last.x {
                             let cell = IVec3::new(x, y, z);
                             if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
-                                self.meet_cell(leg, cell, left, &mut hit, deep.as_deref_mut());
+                                self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
                             }
                         }
                     }
@@ -345,8 +345,8 @@ impl Law<'_> {
                 let mut deep = Vec3::ZERO;
                 let elapsed_s = self.elapsed_at(left);
                 let moving = velocity + push;
-                let leg = Leg { at_m: at, velocity_mps: moving, pull_mps2: pull, elapsed_s };
-                let hit = self.first_hit(&leg, left, (number == 0).then_some(&mut deep));
+                let leg = Leg { at_m: at, velocity_mps: moving, pull_mps2: pull, elapsed_s, left_s: left };
+                let hit = self.first_hit(&leg, (number == 0).then_some(&mut deep));
                 if number == 0 && deep != Vec3::ZERO {
                     let (most, deepest) = (0.5 * law.radius_m, dotted(deep, deep).sqrt());
                     push = deep * ((most / deepest).min(1.0) / left);
