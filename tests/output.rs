@@ -58,7 +58,15 @@ fn result(points: Vec<Point>) -> StudyResult {
 
 fn study(studies: Vec<StudyResult>) -> Study {
     let (headlines, parts) = (Vec::new(), Vec::new());
-    Study { device: "D".into(), driver: "1".into(), clock: "free".into(), studies, headlines, parts }
+    Study {
+        device: "D".into(),
+        driver: "1".into(),
+        clock: "free".into(),
+        edited: Vec::new(),
+        studies,
+        headlines,
+        parts,
+    }
 }
 
 fn headline() -> Headline {
@@ -102,6 +110,7 @@ fn hard_cases_have_this_json() {
         device: "D".into(),
         driver: "1".into(),
         clock: "free".into(),
+        edited: Vec::new(),
         cases: vec![case.clone()],
     };
     let json = r#"{"device":"D","driver":"1","clock":"free","cases":[{"id":"still","title":"Still water stays still","variant":"a","measured":1e-7,"limit":1e-6,"unit":"m","pass":true}]}"#;
@@ -136,6 +145,7 @@ fn a_bench_has_this_json() {
         device: "D".into(),
         driver: "1".into(),
         clock: "free".into(),
+        edited: Vec::new(),
         copy_bytes_per_s: 1.5e12,
         results: vec![result],
         skipped: vec![skipped],

@@ -46,6 +46,14 @@ impl Gpu {
         self.0.shaders.lock().1.contains(&(spv.as_ptr() as usize))
     }
 
+    /// Names of the shaders that [`Gpu::replace_shaders`] has replaced, as `water.book.comp`.
+    pub fn edited_shaders(&self) -> Vec<String> {
+        let shaders = self.0.shaders.lock();
+        let is_replaced = |spv: &[u8]| shaders.0.contains_key(&(spv.as_ptr() as usize));
+        let all = crate::shaders::ALL.iter();
+        all.filter(|(_, spv)| is_replaced(spv)).map(|(name, _)| (*name).to_owned()).collect()
+    }
+
     /// Pipelines that are built from now on take these, and the shaders of the binary for all others. Returns what was
     /// taken so far, to go back to.
     pub fn replace_shaders(&self, new: Replacements) -> Replacements {

@@ -190,6 +190,7 @@ pub fn study(gpu: &Gpu, names: &[String], quick: bool, progress: OnProgress<'_>)
         device: gpu.name().into(),
         driver: gpu.adapter().driver.clone(),
         clock: gpu.clock()?.name().into(),
+        edited: gpu.edited_shaders(),
         studies,
         headlines,
         parts,

@@ -41,6 +41,9 @@ pub struct HardCases {
     pub driver: String,
     /// What is known of the clocks during the measurement.
     pub clock: String,
+    /// Shaders that were not the binary's ([`Gpu::edited_shaders`](crate::gpu::Gpu::edited_shaders)).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edited: Vec<String>,
     /// One entry for each case and variant.
     pub cases: Vec<HardCase>,
 }
@@ -81,6 +84,9 @@ pub struct Bench {
     pub driver: String,
     /// What is known of the clocks during the measurement.
     pub clock: String,
+    /// Shaders that were not the binary's ([`Gpu::edited_shaders`](crate::gpu::Gpu::edited_shaders)).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edited: Vec<String>,
     /// Bytes read plus bytes written by a plain device copy (bytes per second).
     #[serde(serialize_with = "number")]
     pub copy_bytes_per_s: f64,
@@ -146,6 +152,9 @@ pub struct Study {
     pub driver: String,
     /// What is known of the clocks during the measurement.
     pub clock: String,
+    /// Shaders that were not the binary's ([`Gpu::edited_shaders`](crate::gpu::Gpu::edited_shaders)).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edited: Vec<String>,
     /// The studies.
     pub studies: Vec<StudyResult>,
     /// What they found, in a line each.

@@ -161,6 +161,7 @@ pub fn bench(gpu: &Gpu, names: &[String], options: &Options, progress: OnProgres
         device: gpu.name().into(),
         driver: gpu.adapter().driver.clone(),
         clock: gpu.clock()?.name().into(),
+        edited: gpu.edited_shaders(),
         copy_bytes_per_s,
         results,
         skipped,

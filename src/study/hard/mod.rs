@@ -188,6 +188,7 @@ pub fn run(gpu: &Gpu, filters: &[String], progress: OnProgress<'_>) -> Result<Ha
         device: gpu.name().into(),
         driver: gpu.adapter().driver.clone(),
         clock: gpu.clock()?.name().into(),
+        edited: gpu.edited_shaders(),
         cases: rows,
     })
 }
