@@ -1,5 +1,5 @@
-// Moves those whom a law has put off to where the advance has left room for them, an invocation each: who takes long holds up nobody
-// else, and the registers that it needs are not those of the many. Included after the law.
+// Moves those whom a law has put off to where the advance has left room for them, an invocation each: who takes long holds up
+// nobody else, and the registers that it needs are not those of the many. Included after the law.
 // CPU twin: none of its own, as nothing depends on who is put off.
 #include "particles/step.glsl"
 
