@@ -55,6 +55,38 @@ uint sides_of(uvec2 known, uint k) {
     return (k < 6u ? known.x >> (4u * k + 8u) : known.y >> (4u * k - 24u)) & 15u;
 }
 
+const float RIM = 1.0e-3;  // of a cell: cells are closed, and feet on a face of theirs are rounded
+
+// A slab round a corner of cells, in cells from there, as a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y
+// and x - y; and between what it lies along that.
+const float SLAB_STEPS = 100.0;  // a cell: what lies in the cells round a corner is no farther than 1 along the normal
+const uint NO_SLAB = 0x807f0000u;
+
+vec3 normal_of_slab(uint slab) {
+    vec2 sides = unpackSnorm4x8(slab).xy;
+    precise float x = 0.5 * (sides.x + sides.y);
+    precise float y = 0.5 * (sides.x - sides.y);
+    precise float z = (1.0 - abs(x)) - abs(y);
+    return vec3(x, y, z);
+}
+
+uint slab_normal(vec3 sum) {
+    vec3 up = sum.z < 0.0 ? -sum : sum;
+    precise float length = (abs(up.x) + abs(up.y)) + up.z;
+    if (!(length > 0.0)) return 0u;
+    precise vec2 sides = vec2(up.x + up.y, up.x - up.y) / length;
+    return packSnorm4x8(vec4(sides, 0.0, 0.0));
+}
+
+uint slab_bounds(float least, float most) {
+    int low = int(floor(SLAB_STEPS * clamp(least, -1.01, 1.27))), high = int(ceil(SLAB_STEPS * clamp(most, -1.27, 1.01)));
+    return (uint(low) & 255u) << 16u | uint(high) << 24u;
+}
+
+vec2 bounds_of_slab(uint slab) {
+    return vec2(bitfieldExtract(int(slab), 16, 8), int(slab) >> 24) / SLAB_STEPS;
+}
+
 #ifdef NEAR_BINDING
 // What `particles.near` has found. First four bits for the least corner of each cell: how many cells lie between it and the
 // nearest occupied one, the greatest of the three axes counting; one more than was looked at if there is none. Then what is
@@ -66,5 +98,10 @@ int gap_at(uint corner) { return int(near[corner >> 3u] >> (4u * (corner & 7u)) 
 uvec2 known_at(Grid grid, uint cell) {
     uint from = (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 2u * cell;
     return uvec2(near[from], near[from + 1u]);
+}
+
+uint slab_at(Grid grid, uint corner) {
+    uint count = grid.cells_x * grid.cells_y * grid.cells_z;
+    return near[(count + 7u) / 8u + 2u * count + corner];
 }
 #endif

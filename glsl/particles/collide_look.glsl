@@ -1,6 +1,4 @@
-// Whether anything is near the way of a particle: one look at `near`.
-
-const float RIM = 1.0e-3;  // of a cell: cells are closed, and feet on a face of theirs are rounded
+// Whether anything is near the way of a particle: one look at `near`, or two.
 
 vec3 moved(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float after_s) {
     precise vec3 to = at_m + (velocity_mps * after_s + pull_mps2 * (0.5 * after_s * after_s));
@@ -45,8 +43,27 @@ int room_of(Box box) {
     return gap_at(cell_index(law.grid, box.corner)) - max(max(out_of.x, out_of.y), out_of.z);
 }
 
-// Whether nothing can be in the way of a particle that goes to `to_m`: one look at `near`.
-bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2, float dt_s) {
-    precise vec3 pad = vec3(padding_m(dt_s, elapsed_at(dt_s))) + abs(pull_mps2) * (0.125 * dt_s * dt_s);
-    return room_of(box_of(from_m, to_m, pad)) >= 0;
+// Whether nothing can be in the way of a particle in this step: a look at how far the nearest occupied cell is from the corner of
+// cells that is nearest to the middle of its way; if that is too near, at the slab round that corner. Two roundings wide, as who is put
+// off for nothing is moved the same.
+bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
+    float step_s = law_step_s(), per_m = 1.0 / law.grid.cell_m;
+    float most_s = max(law.lead_s, abs(step_s - law.lead_s));
+    float pad = ((law.radius_m + law.slack_m) + law.surface_mps * most_s) * per_m + 2.0 * RIM;
+    vec3 bulge = abs(pull_mps2) * (0.125 * step_s * step_s * per_m), half_way = 0.5 * (to_m - from_m);
+    vec3 place = ((from_m + half_way) - grid_low_m(law.grid)) * per_m, reach = abs(half_way) * per_m + (pad + bulge);
+    ivec3 corner = clamp(ivec3(round(place)), ivec3(0), grid_cells(law.grid) - 1);
+    vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
+    float most = max(max(out_of.x, out_of.y), out_of.z);
+    uint i = cell_index(law.grid, corner);
+    if (float(gap_at(i)) > most) return true;
+    if (most < 1.0) {  // in the eight cells round the corner
+        uint slab = slab_at(law.grid, i);
+        vec3 n = normal_of_slab(slab);
+        vec2 lies = bounds_of_slab(slab);
+        float middle = dot(n, from_corner);
+        float along = abs(dot(n, half_way)) * per_m + dot(abs(n), bulge) + pad * length(n);
+        return middle - along > lies.y || middle + along < lies.x;
+    }
+    return any(lessThan(place + reach, vec3(0.0))) || any(greaterThan(place - reach, vec3(grid_cells(law.grid))));
 }

@@ -80,9 +80,9 @@ bool may_enter(vec3 from_m, vec3 to_m, vec3 bulge_m) {
     return all(lessThanEqual(min(from_m, to_m), reach)) && all(greaterThanEqual(max(from_m, to_m), -reach));
 }
 
-// The plane of the cell with its centre at `centre_m`, in its window. `deep_m` adds up what the particle lies in planes at the
-// start, if it is asked for.
-void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, inout Hit hit, inout vec3 deep_m) {
+// The plane of the cell with its centre at `centre_m`, in its window: `hit`, if it is met before that. At the start of a step it
+// also asks whether the particle lies in it.
+void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, inout Hit hit, inout bool is_deep) {
     vec3 front = planes[plane].normal, u = velocity_of(plane);
     precise vec3 from_centre = leg.at_m - (centre_m + u * leg.elapsed_s);
     precise float along = dotted(front, from_centre) + planes[plane].distance_m;
@@ -91,25 +91,19 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     precise vec3 seen = leg.velocity_mps - u;
     float w = dotted(n, seen), a = dotted(n, leg.pull_mps2);
     precise float shallow = radius - slack;
-    bool is_deep = asks_deep && d < shallow;
+    bool may_be_deep = asks_deep && d < shallow;
     // How low it comes: most do not come near, and are asked no more.
     float until = leg.left_s;
     if (a > 0.0 && w < 0.0) until = min(until, -w / a);
     precise float lowest = d + (w * until + a * (0.5 * until * until));
     precise float deeper = d - 0.1 * slack;
     bool is_near = lowest < (d < shallow ? deeper : shallow);
-    if (!is_near && !is_deep) return;
+    if (!is_near && !may_be_deep) return;
     precise vec3 from_window = leg.at_m - (window.centre_m + u * leg.elapsed_s);
     precise vec3 start = from_window - n * d;
     vec3 way = (seen - n * w) * leg.left_s, bulge = (leg.pull_mps2 - n * a) * (0.5 * leg.left_s * leg.left_s);
     if (!may_enter(start, start + way + bulge, bulge)) return;
-    if (is_deep) {
-        precise float more = (radius - d) - dotted(deep_m, n);
-        if (more > 0.0 && is_there(start, window)) {
-            precise vec3 sum = deep_m + n * more;
-            deep_m = sum;
-        }
-    }
+    if (may_be_deep && is_there(start, window)) is_deep = true;
     if (!is_near) return;
     // Where it touches; where it is half in, or its centre would go through: over a rim it comes too late to touch.
     for (uint level = 0u; level < 3u; ++level) {
@@ -129,31 +123,89 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     }
 }
 
+// What is known of an occupied cell.
+uvec2 known_of(uint home) { return method == METHOD_TWO ? known_at(law.grid, home) : ONLY_ONE; }
+
+// Cells of a box that are looked at together: 2 x 2 rows of 8, a bit each, x counting fastest, and whose bits are read at once.
+const ivec3 BLOCK_CELLS = ivec3(8, 2, 2);
+
+ivec3 cell_in_block(ivec3 block, uint bit) { return block + ivec3(bit & 7u, bit >> 3u & 1u, bit >> 4u); }
+
+uint occupied_in_block(ivec3 block, Box box) {
+    uint count = uint(min(box.last.x - block.x + 1, 8)), cells = 0u;
+    [[unroll]] for (int row = 0; row < 4; ++row) {
+        ivec3 cell = block + ivec3(0, row & 1, row >> 1);
+        if (cell.y <= box.last.y && cell.z <= box.last.z) cells |= occupied_bits(cell_index(law.grid, cell), count) << (8 * row);
+    }
+    return cells;
+}
+
+// The next block of a box: x counts fastest. After the last, `z` is beyond the box.
+void to_next_block(inout ivec3 block, Box box) {
+    block.x += BLOCK_CELLS.x;
+    if (block.x > box.last.x) {
+        block.x = box.first.x;
+        block.y += BLOCK_CELLS.y;
+    }
+    if (block.y > box.last.y) {
+        block.y = box.first.y;
+        block.z += BLOCK_CELLS.z;
+    }
+}
+
 // All planes of the occupied cells of a box.
-void meet_box(Leg leg, Box box, bool asks_deep, inout Hit hit, inout vec3 deep_m) {
-    for (int z = box.first.z; z <= box.last.z; ++z) {
-        for (int y = box.first.y; y <= box.last.y; ++y) {
-            for (int x = box.first.x; x <= box.last.x; x += 32) {
-                uint count = uint(min(box.last.x - x + 1, 32));
-                for (uint cells = occupied_bits(cell_index(law.grid, ivec3(x, y, z)), count); cells != 0u; cells &= cells - 1u) {
-                    ivec3 cell = ivec3(x + findLSB(cells), y, z);
-                    uint home = cell_index(law.grid, cell);
-                    uvec2 known = ONLY_ONE;
-                    if (method == METHOD_TWO) known = known_at(law.grid, home);
-                    for (uint met = met_of(known); met != 0u; met &= met - 1u) {
-                        uint k = uint(findLSB(met));
-                        ivec3 stored = cell_of_met(cell, k);
-                        uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
-                        meet(leg, plane, cell_centre_m(law.grid, stored), Window(cell_centre_m(law.grid, cell), home, sides_of(known, k)),
-                             asks_deep, hit, deep_m);
-                    }
-                }
+void meet_box(Leg leg, Box box, bool asks_deep, inout Hit hit, inout bool is_deep) {
+    for (ivec3 block = box.first; block.z <= box.last.z; to_next_block(block, box)) {
+        for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
+            ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
+            uint home = cell_index(law.grid, cell);
+            uvec2 known = known_of(home);
+            for (uint met = met_of(known); met != 0u; met &= met - 1u) {
+                uint k = uint(findLSB(met));
+                ivec3 stored = cell_of_met(cell, k);
+                uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
+                Window window = Window(cell_centre_m(law.grid, cell), home, sides_of(known, k));
+                meet(leg, plane, cell_centre_m(law.grid, stored), window, asks_deep, hit, is_deep);
             }
         }
     }
 }
 
-Hit first_hit(Leg leg, bool asks_deep, inout vec3 deep_m) {
+// How far it lies in the planes of a box, which move it out one after the other. Few ask: kept out of the
+// loop that all go through.
+vec3 depth_in(Leg leg, Box box) {
+    vec3 deep_m = vec3(0.0);
+    for (ivec3 block = box.first; block.z <= box.last.z; to_next_block(block, box)) {
+        for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
+            ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
+            uint home = cell_index(law.grid, cell);
+            uvec2 known = known_of(home);
+            for (uint met = met_of(known); met != 0u; met &= met - 1u) {
+                uint k = uint(findLSB(met));
+                ivec3 stored = cell_of_met(cell, k);
+                uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
+                vec3 front = planes[plane].normal, u = velocity_of(plane);
+                precise vec3 from_centre = leg.at_m - (cell_centre_m(law.grid, stored) + u * leg.elapsed_s);
+                precise float along = dotted(front, from_centre) + planes[plane].distance_m;
+                vec3 n = along < 0.0 ? -front : front;
+                float d = abs(along);
+                precise float more = (law.radius_m - d) - dotted(deep_m, n);
+                precise float shallow = law.radius_m - law.slack_m;
+                if (!(d < shallow) || !(more > 0.0)) continue;
+                Window window = Window(cell_centre_m(law.grid, cell), home, sides_of(known, k));
+                precise vec3 foot = (leg.at_m - (window.centre_m + u * leg.elapsed_s)) - n * d;
+                if (!is_there(foot, window)) continue;
+                precise vec3 sum = deep_m + n * more;
+                deep_m = sum;
+            }
+        }
+    }
+    return deep_m;
+}
+
+// At the start of a step it asks how far the particle lies in planes, `deep_m`: if it does, no hit counts.
+Hit first_hit(Leg leg, bool asks_deep, out vec3 deep_m) {
+    deep_m = vec3(0.0);
     float left_s = leg.left_s;
     Hit hit = Hit(left_s, 0.0, NO_PLANE);
     precise vec3 fastest = abs(leg.velocity_mps) + abs(leg.pull_mps2) * left_s;
@@ -170,8 +222,16 @@ Hit first_hit(Leg leg, bool asks_deep, inout vec3 deep_m) {
         Box box = box_of(moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, from_s),
                          moved(leg.at_m, leg.velocity_mps, leg.pull_mps2, to_s), pad);
         int room = room_of(box);
-        if (room < 0) meet_box(leg, box, asks_deep, hit, deep_m);
-        else piece += float(room);  // no piece is longer than a cell
+        if (room >= 0) {
+            piece += float(room);  // no piece is longer than a cell
+            continue;
+        }
+        bool is_deep = false;
+        meet_box(leg, box, asks_deep && piece == 0.0, hit, is_deep);
+        if (is_deep) {
+            deep_m = depth_in(leg, box);
+            break;
+        }
     }
     return hit;
 }

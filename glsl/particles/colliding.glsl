@@ -75,7 +75,7 @@ bool advance_at_once(inout Particle it, float dt_s) {
     if (dt_s > 0.0) {
         if (method >= METHOD_ONE) {
             vec3 gravity = gravity_mps2(), from = it.at_m, to = moved(from, it.velocity_mps, gravity, dt_s);
-            if (!flies_freely(from, to, gravity, dt_s)) return false;
+            if (!flies_freely(from, to, gravity)) return false;
             precise vec3 end = it.velocity_mps + gravity * dt_s;
             it.at_m = to;
             it.velocity_mps = end;

@@ -1,6 +1,7 @@
 // The flight of a particle that has something in the way: to the next impact, and off again, until the step is over. Included
 // after the law (`colliding.glsl`), by `colliding_deferred.comp`.
 // CPU twin: particles::cpu_colliding.
+#extension GL_EXT_control_flow_attributes : require
 #include "particles/collide_sweep.glsl"
 
 const uint MOST_IMPACTS = 8u;
@@ -71,80 +72,107 @@ float rounding(float w, float a, float after_s, float rise_m) {
     return lacks;
 }
 
-void collide(inout Particle it, float dt_s) {
-    vec3 gravity = gravity_mps2();
-    vec3 at = it.at_m, velocity = it.velocity_mps, pull = gravity, push = vec3(0.0);
-    float left_s = dt_s;
-    uint impacts = 0u;
-    Held held = Held(0u, uvec3(NO_PLANE));
-    bool stops = false;
-    for (uint leg = 0u; leg < MOST_LEGS; ++leg) {
-        vec3 deep = vec3(0.0);
-        precise vec3 moving = velocity + push;
-        Hit hit = first_hit(Leg(at, moving, pull, elapsed_at(left_s), left_s), leg == 0u, deep);
-        if (leg == 0u && deep != vec3(0.0)) {
-            // In a plane from the start: out of it within this step, but not by more than half a radius.
-            float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep, deep));
-            precise vec3 out_of = deep * (min(most / deepest, 1.0) / left_s);
-            push = out_of;
-            continue;
-        }
-        if (hit.plane == NO_PLANE) break;
-        stops = leg == MOST_LEGS - 1u;
-        vec3 n = normal_of(hit.plane), u = velocity_of(hit.plane);
-        vec3 from = at;
-        at = moved(at, moving, pull, hit.after_s);
-        precise vec3 then = velocity + pull * hit.after_s;
-        precise vec3 sinking = moving - u;
-        precise vec3 moves = at - from;
-        precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
-        precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(pull, n), hit.after_s, rise);
-        velocity = made_good;
-        precise float after = left_s - hit.after_s;
-        left_s = max(after, 0.0);
-        precise float pushing = dotted(push, n);
-        if (pushing < 0.0) {
-            precise vec3 kept = push - n * pushing;
-            push = kept;
-        }
-        precise vec3 seen = velocity - u;
-        precise float approach = dotted(seen, n);
-        bool is_slow = true;
-        if (approach < 0.0) {
-            // Who would be back within two steps stays; what gravity gives in half a step is no impact.
-            precise float step = abs(dotted(gravity, n)) * dt_s;
-            precise float rebound = -approach * law.restitution;
-            is_slow = rebound <= step * (law.restitution < 1.0 ? 1.0 : 1.0e-3);
-            bool rests = is_slow && -approach <= 0.5 * step;
-            if (!rests && impacts == MOST_IMPACTS) { stops = true; break; }
-            precise float press = -approach * (is_slow ? 1.0 : 1.0 + law.restitution);
-            precise vec3 slide = seen - n * approach;
-            float kept = kept_of(sqrt(dotted(slide, slide)), press);
-            precise vec3 after_it = u + slide * kept + n * (approach + press);
-            velocity = after_it;
-            if (!rests) {
-                precise vec3 touch = at - n * hit.distance_m;
-                append_impact(touch, n, seen, press, planes[hit.plane & ~IS_BACK].triangle, law_slot() * 8u + impacts, source_now());
-                ++impacts;
-            }
-        }
-        if (is_slow) hold(held, hit.plane);
-        if (left_s == 0.0) { stops = true; break; }
-        pull = held.count > 0u ? held_pull(held, velocity, gravity, left_s) : gravity;
+// A particle in flight.
+struct Flight {
+    vec3 at_m;
+    vec3 velocity_mps;
+    vec3 pull_mps2;
+    vec3 push_mps;  // moves it out of what it lay in, and is no velocity
+    float left_s;
+    uint legs;
+    uint impacts;
+    bool stops;  // where it is
+    Held held;
+};
+
+Flight takes_off(Particle it, float dt_s) {
+    return Flight(it.at_m, it.velocity_mps, gravity_mps2(), vec3(0.0), dt_s, 0u, 0u, false, Held(0u, uvec3(NO_PLANE)));
+}
+
+Leg next_leg(Flight it) {
+    precise vec3 moving = it.velocity_mps + it.push_mps;
+    return Leg(it.at_m, moving, it.pull_mps2, elapsed_at(it.left_s), it.left_s);
+}
+
+// In a plane from the start: out of it within this step, but not by more than half a radius.
+void rises(inout Flight it, vec3 deep_m) {
+    float most = 0.5 * law.radius_m, deepest = sqrt(dotted(deep_m, deep_m));
+    precise vec3 out_of = deep_m * (min(most / deepest, 1.0) / it.left_s);
+    it.push_mps = out_of;
+    ++it.legs;
+}
+
+// Goes to where the leg ends, at a plane, and off again. False: that was the last.
+bool bounces(inout Flight it, Leg leg, Hit hit, float dt_s) {
+    vec3 gravity = gravity_mps2(), n = normal_of(hit.plane), u = velocity_of(hit.plane), from = it.at_m;
+    it.at_m = moved(from, leg.velocity_mps, leg.pull_mps2, hit.after_s);
+    precise vec3 then = it.velocity_mps + leg.pull_mps2 * hit.after_s;
+    precise vec3 sinking = leg.velocity_mps - u;
+    precise vec3 moves = it.at_m - from;
+    precise float rise = dotted(moves, n) - dotted(u, n) * hit.after_s;
+    precise vec3 made_good = then + n * rounding(dotted(sinking, n), dotted(leg.pull_mps2, n), hit.after_s, rise);
+    it.velocity_mps = made_good;
+    precise float after = it.left_s - hit.after_s;
+    it.left_s = max(after, 0.0);
+    precise float pushing = dotted(it.push_mps, n);
+    if (pushing < 0.0) {
+        precise vec3 kept = it.push_mps - n * pushing;
+        it.push_mps = kept;
     }
-    if (stops) {
-        it.at_m = at;
-        it.velocity_mps = velocity;
-        return;
+    precise vec3 seen = it.velocity_mps - u;
+    precise float approach = dotted(seen, n);
+    bool is_slow = true;
+    it.stops = ++it.legs == MOST_LEGS;
+    if (approach < 0.0) {
+        // Who would be back within two steps stays; what gravity gives in half a step is no impact.
+        precise float step = abs(dotted(gravity, n)) * dt_s;
+        precise float rebound = -approach * law.restitution;
+        is_slow = rebound <= step * (law.restitution < 1.0 ? 1.0 : 1.0e-3);
+        bool rests = is_slow && -approach <= 0.5 * step;
+        if (!rests && it.impacts == MOST_IMPACTS) {
+            it.stops = true;
+            return false;
+        }
+        precise float press = -approach * (is_slow ? 1.0 : 1.0 + law.restitution);
+        precise vec3 slide = seen - n * approach;
+        float kept = kept_of(sqrt(dotted(slide, slide)), press);
+        precise vec3 after_it = u + slide * kept + n * (approach + press);
+        it.velocity_mps = after_it;
+        if (!rests) {
+            precise vec3 touch = it.at_m - n * hit.distance_m;
+            append_impact(touch, n, seen, press, planes[hit.plane & ~IS_BACK].triangle, law_slot() * 8u + it.impacts, source_now());
+            ++it.impacts;
+        }
     }
-    precise vec3 moving = velocity + push;
-    precise vec3 end = velocity + pull * left_s;
-    it.at_m = moved(at, moving, pull, left_s);
-    it.velocity_mps = end;
+    if (is_slow) hold(it.held, hit.plane);
+    it.stops = it.stops || it.left_s == 0.0;
+    if (it.stops) return false;
+    it.pull_mps2 = it.held.count > 0u ? held_pull(it.held, it.velocity_mps, gravity, it.left_s) : gravity;
+    return true;
+}
+
+void lands(Flight flight, inout Particle it) {
+    if (flight.stops) {
+        it.at_m = flight.at_m;
+        it.velocity_mps = flight.velocity_mps;
+    } else {
+        precise vec3 moving = flight.velocity_mps + flight.push_mps;
+        precise vec3 end = flight.velocity_mps + flight.pull_mps2 * flight.left_s;
+        it.at_m = moved(flight.at_m, moving, flight.pull_mps2, flight.left_s);
+        it.velocity_mps = end;
+    }
+    if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
 }
 
 bool advance(inout Particle it, float dt_s) {
-    collide(it, dt_s);
-    if (law.respawns != 0u && !(it.at_m.y >= law.floor_m)) respawn(it);
+    Flight flight = takes_off(it, dt_s);
+    for (bool is_flying = true; is_flying;) {
+        Leg leg = next_leg(flight);
+        vec3 deep_m;
+        Hit hit = first_hit(leg, flight.legs == 0u, deep_m);
+        if (deep_m != vec3(0.0)) rises(flight, deep_m);
+        else is_flying = hit.plane != NO_PLANE && bounces(flight, leg, hit, dt_s);
+    }
+    lands(flight, it);
     return true;
 }

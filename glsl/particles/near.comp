@@ -124,6 +124,51 @@ uvec2 known_of(ivec3 cell) {
     return known;
 }
 
+// What is met in a cell, as `known` has it: number k, seen from the middle of the cell that meets it.
+Plane met_at(ivec3 cell, uint k) {
+    ivec3 stored = cell_of_met(cell, k);
+    Plane plane = plane_of(index_of(stored), k & 1u);
+    precise float away = plane.distance_m + dotted(plane.normal, vec3(cell - stored) * p.cell_m);
+    plane.distance_m = away;
+    return plane;
+}
+
+// The slab in which all lies that is met in the eight cells round a corner: `is_beside` in collide_look.glsl. Its normal is the
+// mean of the planes'. How far a plane goes along it, no farther than its cell: n.y over all y with m.y = -d and |y| <= h is
+// at most -l d + h |n - l m| (norm 1), whatever l is; n.m is a good one.
+uint slab_round(ivec3 corner) {
+    uint words = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u;
+    vec3 sum = vec3(0.0), n = vec3(0.0);
+    float least = 2.0, most = -2.0;
+    uint packed = 0u;
+    for (uint pass = 0u; pass < 2u; ++pass) {
+        for (uint c = 0u; c < 8u; ++c) {
+            ivec3 cell = corner - ivec3(c & 1u, c >> 1u & 1u, c >> 2u);
+            if (!in_box(cell) || !is_occupied(index_of(cell))) continue;
+            uvec2 known = uvec2(from[words + 2u * index_of(cell)], from[words + 2u * index_of(cell) + 1u]);
+            for (uint bits = met_of(known); bits != 0u; bits &= bits - 1u) {
+                Plane met = met_at(cell, uint(findLSB(bits)));
+                if (pass == 0u) {
+                    precise vec3 next = sum + (dotted(sum, met.normal) < 0.0 ? -met.normal : met.normal);
+                    sum = next;
+                    continue;
+                }
+                precise float along = dotted(n, met.normal);
+                vec3 rest = abs(n - met.normal * along);
+                precise float spread = (0.5 + 2.0 * RIM) * ((rest.x + rest.y) + rest.z);
+                precise float middle = dotted(n, vec3(cell - corner) + 0.5) - along * met.distance_m / p.cell_m;
+                least = min(least, middle - spread);
+                most = max(most, middle + spread);
+            }
+        }
+        if (pass == 0u) {
+            packed = slab_normal(sum);
+            n = normal_of_slab(packed);
+        }
+    }
+    return packed | slab_bounds(least, most);
+}
+
 // Along x, of the least corner of a cell: that and those after it are on one side, those before it on the other.
 uint gap_in_row(uint i) {
     uint x = i % p.cells_x, back = min(x, p.reach + 1u), ahead = min(p.cells_x - 1u - x, p.reach);
@@ -178,6 +223,11 @@ void main() {
         uvec2 known = is_occupied(at) ? known_of(cell_at(at)) : uvec2(0u);
         near[words + 2u * at] = known.x;
         near[words + 2u * at + 1u] = known.y;
+        return;
+    }
+    if (axis == 4u) {
+        if (at >= count) return;
+        near[words + 2u * count + at] = (from[at >> 3u] >> (4u * (at & 7u)) & 15u) == 0u ? slab_round(cell_at(at)) : NO_SLAB;
         return;
     }
     if (at >= words) return;

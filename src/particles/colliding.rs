@@ -199,7 +199,7 @@ pub struct NearParams {
 pub struct Surroundings {
     cells: Cells,
     near: Buffer,
-    passes: [Bound; 4],
+    passes: [Bound; 5],
     reach: u32,
 }
 
@@ -208,6 +208,7 @@ impl Surroundings {
     pub const MOST_REACH: u32 = 14;
 
     const PLANES: u32 = 3;
+    const SLABS: u32 = 4;
 
     /// What the cells must be visible to before [`Surroundings::record`].
     pub const ENTRY: Access = Access::ComputeReadWrite;
@@ -250,6 +251,7 @@ impl Surroundings {
             pass(1, &near, &between)?,
             pass(2, &between, &near)?,
             pass(Self::PLANES, &between, &near)?,
+            pass(Self::SLABS, &near, &near)?,
         ];
         Ok(Self { cells: cells.clone(), near, passes, reach })
     }
@@ -264,7 +266,7 @@ impl Surroundings {
                 if axis > 0 && axis != Self::PLANES {
                     rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
                 }
-                let each = if axis == Self::PLANES { 1 } else { 8 };
+                let each = if axis >= Self::PLANES { 1 } else { 8 };
                 let groups = grid.count().div_ceil(each * 64) as u32;
                 let rows = groups.div_ceil(65_535).max(1);
                 rec.dispatch(pass, [groups.div_ceil(rows) * 64, rows, 1], &params);
@@ -280,7 +282,7 @@ impl Surroundings {
     /// Of what is found, and of what lies between the passes: eight cells may begin in its last word.
     fn words(grid: &Grid) -> [u64; 2] {
         let count = grid.count() as u64;
-        [count.div_ceil(8) + 2 * count, count.div_ceil(8) + 1]
+        [count.div_ceil(8) + 3 * count, count.div_ceil(8) + 1]
     }
 
     /// What a pool of the law binds.

@@ -120,6 +120,19 @@ fn rounding(w: f32, a: f32, after: f32, rise: f32) -> f32 {
     }
 }
 
+/// Cells of a box in the order of `occupied_in_block` and `to_next_block`: of two at once the first that is met counts.
+fn in_blocks(first: IVec3, last: IVec3) -> impl Iterator<Item = IVec3> {
+    const BLOCK: IVec3 = IVec3::new(8, 2, 2);
+    let blocks = (last - first + BLOCK) / BLOCK;
+    let block = move |i: i32| {
+        first + BLOCK * IVec3::new(i % blocks.x, i / blocks.x % blocks.y, i / blocks.x / blocks.y)
+    };
+    let cells = |block: IVec3| (0..32).map(move |i| block + IVec3::new(i % 8, i / 8 % 2, i / 16));
+    (0..blocks.element_product())
+        .flat_map(move |i| cells(block(i)))
+        .filter(move |cell| cell.cmple(last).all())
+}
+
 impl Law<'_> {
     /// Twin of `advance`. Impacts are added to `impacts`.
     pub fn advance(&self, it: &mut Particle, dt_s: f32, slot: u32, impacts: &mut Vec<Impact>) -> bool {
@@ -277,14 +290,10 @@ impl Law<'_> {
             let cells = self.box_of(at(piece_s * piece), at(piece_s * (piece + 1.0)), pad);
             let (Cells { first, last, .. }, room) = (cells, self.room_of(&cells));
             if room < 0 {
-                for z in first.z..=last.z {
-                    for y in first.y..=last.y {
-                        for x in first.x..=last.x {
-                            let cell = IVec3::new(x, y, z);
-                            if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
-                                self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
-                            }
-                        }
+                let mut deep = deep.as_deref_mut().filter(|_| piece == 0.0);
+                for cell in in_blocks(first, last) {
+                    if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
+                        self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
                     }
                 }
             }

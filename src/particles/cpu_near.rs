@@ -2,7 +2,7 @@
 //! Twin of `glsl/particles/{near.comp,cell_bits.glsl}`.
 
 use crate::cells::{Grid, Plane};
-use glam::{IVec3, Vec3};
+use glam::{vec3, IVec3, Vec3};
 
 const ALIKE: f32 = 0.985;
 const OFF: f32 = 0.1;
@@ -10,13 +10,14 @@ const OFF: f32 = 0.1;
 /// Twin of `near.comp`: from every occupied cell outwards, a ring of cells at a time.
 pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<u32> {
     let count = grid.count();
-    let mut near = vec![0u32; count.div_ceil(8) + 2 * count];
+    let words = count.div_ceil(8);
+    let mut near = vec![0u32; words + 3 * count];
     let mut gaps = vec![reach + 1; count];
     let mut ring: Vec<usize> = (0..count).filter(|i| bit(occupied, *i)).collect();
     for &i in &ring {
         gaps[i] = 0;
         let known = known_of(grid, occupied, planes, grid.cell(i));
-        near[count.div_ceil(8) + 2 * i..][..2].copy_from_slice(&known);
+        near[words + 2 * i..][..2].copy_from_slice(&known);
     }
     for gap in 1..=reach {
         let around = |i: usize| {
@@ -36,8 +37,24 @@ pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<
         let touching = |k: i32| grid.index(grid.cell(i) - IVec3::new(k & 1, k >> 1 & 1, k >> 2));
         let gap = (0..8).filter_map(touching).map(|cell| gaps[cell]).min().expect("the cell itself");
         near[i / 8] |= gap << (4 * (i % 8));
+        let round = Around { grid, occupied, planes, cell: grid.cell(i) };
+        near[words + 2 * count + i] = if gap == 0 { round.slab(&near) } else { NO_SLAB };
     }
     near
+}
+
+/// Twin of `normal_of_slab` and `bounds_of_slab`: the normal, scaled so that |x| + |y| + z = 1, and between what all lies along it
+/// that is met in the cells round a corner, in cells from there.
+pub fn slab(near: &[u32], count: usize, corner: usize) -> (Vec3, [f32; 2]) {
+    let word = near[count.div_ceil(8) + 2 * count + corner];
+    let [a, b, low, high] = word.to_le_bytes().map(|byte| f32::from(byte as i8));
+    (normal_of_slab([a, b]), [low, high].map(|bound| bound / SLAB_STEPS))
+}
+
+fn normal_of_slab(sides: [f32; 2]) -> Vec3 {
+    let [a, b] = sides.map(|side| (side / 127.0).max(-1.0));
+    let (x, y) = (0.5 * (a + b), 0.5 * (a - b));
+    vec3(x, y, (1.0 - x.abs()) - y.abs())
 }
 
 /// Twin of `gap_at`.
@@ -67,6 +84,10 @@ pub(super) fn sides_of([x, y]: [u32; 2], k: usize) -> [u32; 2] {
     [sides & 3, sides >> 2 & 3]
 }
 
+const RIM: f32 = 1.0e-3;
+const SLAB_STEPS: f32 = 100.0;
+const NO_SLAB: u32 = 0x807f_0000;
+
 struct Around<'a> {
     grid: &'a Grid,
     occupied: &'a [u32],
@@ -82,6 +103,47 @@ impl Around<'_> {
 
     fn met(&self, k: usize) -> Option<Plane> {
         self.plane(cell_of_met(self.cell, k), k & 1)
+    }
+
+    /// Twin of `slab_round`, of the cell's least corner.
+    fn slab(&self, near: &[u32]) -> u32 {
+        let (grid, count) = (self.grid, self.grid.count());
+        let touching = (0..8).map(|k| self.cell - IVec3::new(k & 1, k >> 1 & 1, k >> 2));
+        let occupied = touching.filter(|cell| grid.index(*cell).is_some_and(|i| bit(self.occupied, i)));
+        let met = occupied.flat_map(|cell| {
+            let bits = met_of(known(near, count, grid.index(cell).expect("in the grid")));
+            (0..14).filter(move |k| bits >> k & 1 != 0).map(move |k| (cell, k))
+        });
+        let met: Vec<(IVec3, Plane)> = met
+            .map(|(cell, k)| {
+                let stored = cell_of_met(cell, k);
+                let mut plane = self.planes[2 * grid.index(stored).expect("in the grid") + (k & 1)];
+                plane.distance_m += dotted(plane.normal.into(), (cell - stored).as_vec3() * grid.cell_m);
+                (cell, plane)
+            })
+            .collect();
+        let sum = met.iter().fold(Vec3::ZERO, |sum, (_, plane)| {
+            let normal = Vec3::from(plane.normal);
+            sum + if dotted(sum, normal) < 0.0 { -normal } else { normal }
+        });
+        let up = if sum.z < 0.0 { -sum } else { sum };
+        let length = (up.x.abs() + up.y.abs()) + up.z;
+        let sides = if length > 0.0 { [(up.x + up.y) / length, (up.x - up.y) / length] } else { [0.0; 2] };
+        let sides = sides.map(|side| (side.clamp(-1.0, 1.0) * 127.0).round_ties_even());
+        let n = normal_of_slab(sides);
+        let (mut least, mut most) = (2.0f32, -2.0f32);
+        for (cell, plane) in &met {
+            let normal = Vec3::from(plane.normal);
+            let along = dotted(n, normal);
+            let rest = (n - normal * along).abs();
+            let spread = (0.5 + 2.0 * RIM) * ((rest.x + rest.y) + rest.z);
+            let middle =
+                dotted(n, (*cell - self.cell).as_vec3() + 0.5) - along * plane.distance_m / grid.cell_m;
+            (least, most) = (least.min(middle - spread), most.max(middle + spread));
+        }
+        let low = (SLAB_STEPS * least.clamp(-1.01, 1.27)).floor();
+        let high = (SLAB_STEPS * most.clamp(-1.27, 1.01)).ceil();
+        u32::from_le_bytes([sides[0], sides[1], low, high].map(|value| value as i8 as u8))
     }
 
     /// Where plane k is seen, of the two, and how often.

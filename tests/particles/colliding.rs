@@ -101,6 +101,7 @@ fn every_method_is_its_twin() {
             let law = *arena.law();
             let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
             let on_gpu = gpu.download::<u32>(arena.surroundings.near()).unwrap();
+            assert_eq!(on_gpu.len(), near.len());
             let apart = on_gpu.iter().zip(&near).enumerate().find(|(_, (a, b))| a != b);
             assert!(!gpu.is_exact() || apart.is_none(), "word {apart:x?} of what is near");
             for step in 0..25 {
