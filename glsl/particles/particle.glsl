@@ -12,9 +12,9 @@ struct Particle {
 //     bool advance(inout Particle particle, float dt_s)
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
-//     layout(set = 0, binding = LAW_BINDING, std430) readonly buffer Law { ... };
-// and its specialization constants begin at `constant_id` LAW_CONSTANT; further blocks begin at binding LAW_BLOCKS. A law that
-// must know the time or the place declares
+//     layout(set = 0, binding = LAW_BINDING, std430) uniform Law { ... };
+// or, if they are an array, from a `readonly buffer`; its specialization constants begin at `constant_id` LAW_CONSTANT, and
+// further blocks at binding LAW_BLOCKS. A law that must know the time or the place declares
 //     uint law_tick();  // at the end of the step
 //     float law_step_s();  // length of the step: what is born in it has less left
 //     uint law_slot();  // of the particle in this step, births after the others: no two share one

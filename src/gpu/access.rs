@@ -43,10 +43,11 @@ pub enum Access {
 impl Access {
     pub(super) const fn masks(self) -> (S, A) {
         match self {
-            Self::ComputeRead => (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ),
+            Self::ComputeRead => (S::COMPUTE_SHADER, both(A::SHADER_STORAGE_READ, A::UNIFORM_READ)),
             Self::ComputeWrite => (S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE),
             Self::ComputeReadWrite => {
-                (S::COMPUTE_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE))
+                let reads = both(A::SHADER_STORAGE_READ, A::UNIFORM_READ);
+                (S::COMPUTE_SHADER, both(reads, A::SHADER_STORAGE_WRITE))
             }
             Self::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
             Self::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),

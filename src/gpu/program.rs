@@ -230,7 +230,12 @@ impl Bound {
             return Ok(Self(Arc::new(bound)));
         }
         let device = program.gpu.device();
-        let sizes = [vk::DescriptorType::STORAGE_BUFFER, vk::DescriptorType::STORAGE_IMAGE].map(|ty| {
+        let kinds = [
+            vk::DescriptorType::STORAGE_BUFFER,
+            vk::DescriptorType::UNIFORM_BUFFER,
+            vk::DescriptorType::STORAGE_IMAGE,
+        ];
+        let sizes = kinds.map(|ty| {
             let count = blocks.iter().filter(|(_, block)| block.kind == ty).count() as u32;
             vk::DescriptorPoolSize { ty, descriptor_count: count }
         });
@@ -251,15 +256,24 @@ impl Bound {
                 .dst_binding(binding)
                 .descriptor_type(block.kind);
             match (resource, block.kind) {
-                (Resource::Buffer(buffer), vk::DescriptorType::STORAGE_BUFFER) => {
-                    let allowed = u64::from(program.gpu.limits().max_storage_buffer_range);
+                (
+                    Resource::Buffer(buffer),
+                    kind @ (vk::DescriptorType::STORAGE_BUFFER | vk::DescriptorType::UNIFORM_BUFFER),
+                ) => {
+                    let limits = program.gpu.limits();
+                    let (allowed, limit) = if kind == vk::DescriptorType::UNIFORM_BUFFER {
+                        (limits.max_uniform_buffer_range, "maxUniformBufferRange, bytes")
+                    } else {
+                        (limits.max_storage_buffer_range, "maxStorageBufferRange, bytes")
+                    };
+                    let allowed = u64::from(allowed);
                     if buffer.bytes() > allowed {
                         return Err(Error::Limit {
                             name: buffer.name().into(),
                             needed: buffer.bytes(),
                             device: program.gpu.name().into(),
                             allowed,
-                            limit: "maxStorageBufferRange, bytes",
+                            limit,
                         });
                     }
                     let whole =

@@ -80,9 +80,12 @@ pub fn reflect(spv: &[u8], constants: &[u32]) -> Result<Interface, String> {
                 }
                 let (kind, access) = match desc_ty {
                     DescriptorType::StorageBuffer(access) => (vk::DescriptorType::STORAGE_BUFFER, access),
+                    DescriptorType::UniformBuffer() => {
+                        (vk::DescriptorType::UNIFORM_BUFFER, &AccessType::ReadOnly)
+                    }
                     DescriptorType::StorageImage(access) => (vk::DescriptorType::STORAGE_IMAGE, access),
                     other => {
-                        return Err(format!("binding {binding} is {other:?}, not a storage buffer or image"))
+                        return Err(format!("binding {binding} is {other:?}, not a buffer or storage image"))
                     }
                 };
                 let block = match ty {

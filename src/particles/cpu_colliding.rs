@@ -2,7 +2,7 @@
 //! Twin of `glsl/particles/{colliding,collide_look,colliding_flight,collide_sweep,collide_seed}.glsl`, without `may_enter`: what
 //! that leaves out is never met.
 
-pub use super::cpu_near::near;
+pub use super::cpu_near::{near, slab};
 use super::{
     colliding::{Colliding, Method},
     cpu_near::{bit, cell_of_met, dotted, gap, known, met_of, sides_of},

@@ -2,7 +2,7 @@
 //! The law `colliding`: its twin, exact solutions, and what it keeps.
 
 use crate::common::{gpu, TestGpu};
-use glam::{dvec3, uvec3, vec3, DVec3, Vec3};
+use glam::{dvec3, uvec3, vec3, DVec3, IVec3, Vec3};
 use whitecap::{
     cells::{Cells, Grid, Read},
     gpu::Gpu,
@@ -157,6 +157,46 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
             );
         }
     }
+}
+
+/// What is met round a corner of cells, in f64, lies in the slab that is known there; and of a level ground that slab is thin.
+#[test]
+fn a_slab_holds_all_that_lies_round_a_corner() {
+    let (grid, mut looked) = (grid(), 0);
+    for (triangles, thickest) in [(mixed(), 2.1), (ground(-0.61), 0.03)] {
+        let read = fill(&grid, &triangles);
+        let near = cpu_colliding::near(&grid, &read.occupied, &read.planes, 2);
+        for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 == 0) {
+            let (n, [low, high]) = cpu_colliding::slab(&near, grid.count(), corner);
+            let (n, low, high) = (n.as_dvec3(), f64::from(low), f64::from(high));
+            assert!((n.abs().element_sum() - 1.0).abs() < 1e-6 && high - low <= thickest, "{n} {low} {high}");
+            for k in 0..8 {
+                let cell = grid.cell(corner) - IVec3::new(k & 1, k >> 1 & 1, k >> 2);
+                let Some(i) = grid.index(cell).filter(|i| read.occupied[i / 32] >> (i % 32) & 1 != 0) else {
+                    continue;
+                };
+                for plane in read.planes[2 * i..][..2].iter().filter(|it| it.triangle != 0) {
+                    let m = Vec3::from(plane.normal).as_dvec3();
+                    for s in 0..40 {
+                        // From the middle of the cell, in cells.
+                        let y = 0.5 * Vec3::from_slice(&units(70 + s, i as u32)[..3]).as_dvec3();
+                        let y = y - m * (m.dot(y) + f64::from(plane.distance_m / grid.cell_m));
+                        if y.abs().max_element() > 0.5 {
+                            continue;
+                        }
+                        let along = n.dot(y + 0.5 + (cell - grid.cell(corner)).as_dvec3());
+                        // Bounds are in f32; who looks at them is a thousandth of a cell wider.
+                        assert!(
+                            low - 1e-5 <= along && along <= high + 1e-5,
+                            "{corner} {cell}: {along}, {low} to {high}"
+                        );
+                        looked += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(looked > 10_000, "{looked}");
 }
 
 fn energy(it: &Particle, floor_m: f64) -> f64 {
