@@ -57,34 +57,38 @@ uint sides_of(uvec2 known, uint k) {
 
 const float RIM = 1.0e-3;  // of a cell: cells are closed, and feet on a face of theirs are rounded
 
-// A slab round a corner of cells, in cells from there, as a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y
-// and x - y; and between what it lies along that.
-const float SLAB_STEPS = 100.0;  // a cell: what lies in the cells round a corner is no farther than 1 along the normal
-const uint NO_SLAB = 0x807f0000u;
+// A slab round a corner of cells, in a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y and x - y; and between
+// what it lies along that, in cells from the corner.
+//     bits 0 to 3: how many cells lie between the corner and the nearest occupied one
+//     4 to 10, 11 to 17: x + y and x - y, in 1/63
+//     18 to 24, 25 to 31: least and most, in 1/62; no slab if the least is more
+const float SLAB_SIDES = 63.0;
+const float SLAB_STEPS = 62.0;
+const uint NO_SLAB = 0x80fc0000u;
 
 vec3 normal_of_slab(uint slab) {
-    vec2 sides = unpackSnorm4x8(slab).xy;
+    vec2 sides = vec2(bitfieldExtract(int(slab), 4, 7), bitfieldExtract(int(slab), 11, 7)) / SLAB_SIDES;
     precise float x = 0.5 * (sides.x + sides.y);
     precise float y = 0.5 * (sides.x - sides.y);
     precise float z = (1.0 - abs(x)) - abs(y);
     return vec3(x, y, z);
 }
 
+vec2 bounds_of_slab(uint slab) { return vec2(bitfieldExtract(int(slab), 18, 7), int(slab) >> 25) / SLAB_STEPS; }
+
 uint slab_normal(vec3 sum) {
     vec3 up = sum.z < 0.0 ? -sum : sum;
     precise float length = (abs(up.x) + abs(up.y)) + up.z;
     if (!(length > 0.0)) return 0u;
     precise vec2 sides = vec2(up.x + up.y, up.x - up.y) / length;
-    return packSnorm4x8(vec4(sides, 0.0, 0.0));
+    ivec2 steps = ivec2(roundEven(SLAB_SIDES * clamp(sides, -1.0, 1.0)));
+    return (uint(steps.x) & 127u) << 4u | (uint(steps.y) & 127u) << 11u;
 }
 
+// What lies round a corner is no farther than 1 along the normal.
 uint slab_bounds(float least, float most) {
-    int low = int(floor(SLAB_STEPS * clamp(least, -1.01, 1.27))), high = int(ceil(SLAB_STEPS * clamp(most, -1.27, 1.01)));
-    return (uint(low) & 255u) << 16u | uint(high) << 24u;
-}
-
-vec2 bounds_of_slab(uint slab) {
-    return vec2(bitfieldExtract(int(slab), 16, 8), int(slab) >> 24) / SLAB_STEPS;
+    int low = int(floor(SLAB_STEPS * clamp(least, -1.01, 1.0))), high = int(ceil(SLAB_STEPS * clamp(most, -1.0, 1.01)));
+    return (uint(low) & 127u) << 18u | uint(high) << 25u;
 }
 
 #ifdef NEAR_BINDING

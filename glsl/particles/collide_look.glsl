@@ -55,10 +55,9 @@ bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     ivec3 corner = clamp(ivec3(round(place)), ivec3(0), grid_cells(law.grid) - 1);
     vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
     float most = max(max(out_of.x, out_of.y), out_of.z);
-    uint i = cell_index(law.grid, corner);
-    if (float(gap_at(i)) > most) return true;
+    uint slab = slab_at(law.grid, cell_index(law.grid, corner));
+    if (float(slab & 15u) > most) return true;
     if (most < 1.0) {  // in the eight cells round the corner
-        uint slab = slab_at(law.grid, i);
         vec3 n = normal_of_slab(slab);
         vec2 lies = bounds_of_slab(slab);
         float middle = dot(n, from_corner);

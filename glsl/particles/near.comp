@@ -227,7 +227,8 @@ void main() {
     }
     if (axis == 4u) {
         if (at >= count) return;
-        near[words + 2u * count + at] = (from[at >> 3u] >> (4u * (at & 7u)) & 15u) == 0u ? slab_round(cell_at(at)) : NO_SLAB;
+        uint gap = from[at >> 3u] >> (4u * (at & 7u)) & 15u;
+        near[words + 2u * count + at] = gap == 0u ? slab_round(cell_at(at)) : NO_SLAB | gap;
         return;
     }
     if (at >= words) return;

@@ -38,7 +38,7 @@ pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<
         let gap = (0..8).filter_map(touching).map(|cell| gaps[cell]).min().expect("the cell itself");
         near[i / 8] |= gap << (4 * (i % 8));
         let round = Around { grid, occupied, planes, cell: grid.cell(i) };
-        near[words + 2 * count + i] = if gap == 0 { round.slab(&near) } else { NO_SLAB };
+        near[words + 2 * count + i] = if gap == 0 { round.slab(&near) } else { NO_SLAB | gap };
     }
     near
 }
@@ -47,12 +47,12 @@ pub fn near(grid: &Grid, occupied: &[u32], planes: &[Plane], reach: u32) -> Vec<
 /// that is met in the cells round a corner, in cells from there.
 pub fn slab(near: &[u32], count: usize, corner: usize) -> (Vec3, [f32; 2]) {
     let word = near[count.div_ceil(8) + 2 * count + corner];
-    let [a, b, low, high] = word.to_le_bytes().map(|byte| f32::from(byte as i8));
+    let [a, b, low, high] = [4, 11, 18, 25].map(|from| ((word << (25 - from)) as i32 >> 25) as f32);
     (normal_of_slab([a, b]), [low, high].map(|bound| bound / SLAB_STEPS))
 }
 
 fn normal_of_slab(sides: [f32; 2]) -> Vec3 {
-    let [a, b] = sides.map(|side| (side / 127.0).max(-1.0));
+    let [a, b] = sides.map(|side| side / SLAB_SIDES);
     let (x, y) = (0.5 * (a + b), 0.5 * (a - b));
     vec3(x, y, (1.0 - x.abs()) - y.abs())
 }
@@ -85,8 +85,9 @@ pub(super) fn sides_of([x, y]: [u32; 2], k: usize) -> [u32; 2] {
 }
 
 const RIM: f32 = 1.0e-3;
-const SLAB_STEPS: f32 = 100.0;
-const NO_SLAB: u32 = 0x807f_0000;
+const SLAB_SIDES: f32 = 63.0;
+const SLAB_STEPS: f32 = 62.0;
+const NO_SLAB: u32 = 0x80fc_0000;
 
 struct Around<'a> {
     grid: &'a Grid,
@@ -129,7 +130,7 @@ impl Around<'_> {
         let up = if sum.z < 0.0 { -sum } else { sum };
         let length = (up.x.abs() + up.y.abs()) + up.z;
         let sides = if length > 0.0 { [(up.x + up.y) / length, (up.x - up.y) / length] } else { [0.0; 2] };
-        let sides = sides.map(|side| (side.clamp(-1.0, 1.0) * 127.0).round_ties_even());
+        let sides = sides.map(|side| (SLAB_SIDES * side.clamp(-1.0, 1.0)).round_ties_even());
         let n = normal_of_slab(sides);
         let (mut least, mut most) = (2.0f32, -2.0f32);
         for (cell, plane) in &met {
@@ -141,9 +142,10 @@ impl Around<'_> {
                 dotted(n, (*cell - self.cell).as_vec3() + 0.5) - along * plane.distance_m / grid.cell_m;
             (least, most) = (least.min(middle - spread), most.max(middle + spread));
         }
-        let low = (SLAB_STEPS * least.clamp(-1.01, 1.27)).floor();
-        let high = (SLAB_STEPS * most.clamp(-1.27, 1.01)).ceil();
-        u32::from_le_bytes([sides[0], sides[1], low, high].map(|value| value as i8 as u8))
+        let low = (SLAB_STEPS * least.clamp(-1.01, 1.0)).floor();
+        let high = (SLAB_STEPS * most.clamp(-1.0, 1.01)).ceil();
+        let [a, b, low, high] = [sides[0], sides[1], low, high].map(|value| value as i32 as u32 & 127);
+        a << 4 | b << 11 | low << 18 | high << 25
     }
 
     /// Where plane k is seen, of the two, and how often.
