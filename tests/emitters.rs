@@ -32,7 +32,7 @@ fn a_wrong_key_is_named_with_its_value_and_what_is_allowed() {
     };
     one(
         "effect = 'fog'",
-        "emitter.0.effect is 'fog'; allowed: fire, rain, smoke, sparks, snow, fireworks, or a .glsl file",
+        "emitter.0.effect is 'fog'; allowed: fire, rain, smoke, sparks, snow, fireworks, dust, or a .glsl file",
     );
     one(
         "law = 'gravity'",

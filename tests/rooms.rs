@@ -371,3 +371,207 @@ fn an_impact_stream_that_is_too_small_says_so() {
     let volume = written.stats.volume.unwrap();
     assert!(volume.impacts_dropped > 0 && volume.impacts > 0, "{volume:?}");
 }
+
+/// Balls fall on a block and knock something off it; the rest of the emitter's table is `more`.
+fn knocked(effect: &str, more: &str) -> String {
+    format!(
+        "[output]\nsize = [96, 54]\nframes = 30\nfps = 60\n[camera]\neye_m = [0, 1, 2]\n{BLOCK}{VOLUME}{RAIN}\
+         [[emitter]]\nname = 'chips'\neffect = '{effect}'\nfrom = 'impacts'\nsize = 3\n{more}\n"
+    )
+}
+
+#[test]
+fn what_does_not_go_with_births_from_impacts_is_named() {
+    let one = |text: &str, says: &str| {
+        let said = error(text);
+        assert!(said.contains(says), "{text}: {said}");
+    };
+    let room = format!("{BLOCK}{VOLUME}{RAIN}");
+    let chips = "[[emitter]]\neffect = 'dust'\nfrom = 'impacts'\n";
+    one(chips, "emitter.0.from is \"impacts\", and the scene has no [volume] for anything to hit");
+    one(
+        &format!("{BLOCK}{VOLUME}{chips}"),
+        "emitter.0.from is \"impacts\", and no [[emitter]] with law = \"colliding\" makes any",
+    );
+    for line in ["rate_per_s = 3", "at_m = [0, 0, 0]", "velocity_mps = [0, 0, 0]", "light = [1, 1, 1]"] {
+        let key = line.split(' ').next().unwrap();
+        one(
+            &format!("{room}{chips}{line}\n"),
+            &format!("emitter.1.{key} is given beside from = \"impacts\"; impacts say when and where"),
+        );
+    }
+    one("[[emitter]]\neffect = 'dust'\nmost = 3\n", "emitter.0.most needs from = \"impacts\"");
+    one("[[emitter]]\neffect = 'dust'\non = ['block']\n", "emitter.0.on needs from = \"impacts\"");
+    one("[[emitter]]\neffect = 'dust'\nfrom = 'rain'\n", "emitter.0.from is 'rain'; allowed: \"impacts\"");
+    one(&format!("{RAIN}from = 'impacts'\n"), "emitter.0.from is not a key");
+    one(
+        &format!("{room}{chips}by = ['sand']\n"),
+        "emitter.1.by has \"sand\", which is no emitter that collides; there are: rain",
+    );
+    one(
+        &format!("{room}{chips}on = ['block', 'wall']\n"),
+        "emitter.1.on has \"wall\", which is no mesh that is solid; there are: block",
+    );
+    one(&format!("{room}{chips}by = [3]\n"), "emitter.1.by.0 is 3; allowed: names of emitters");
+    one(&format!("{room}{chips}most = 0\n"), "emitter.1.most is 0; allowed: 1 to 67108864");
+    one(
+        &format!("{room}{chips}least_impulse_mps = -1\n"),
+        "emitter.1.least_impulse_mps is -1; allowed: 0 or more",
+    );
+    let many = parse(&format!("{room}{chips}most = 60000\nburst = 60000\n")).unwrap().plan().unwrap_err();
+    assert_eq!(
+        many.to_string(),
+        "emitter.dust: most x burst = 60000 x 60000: 1 to 268435456 particles are allowed"
+    );
+    // The rate of the file is of no matter.
+    let ground = "[terrain]\nheightmap = 'builtin/fjord.png'\nsize_m = [9, 9]\nheight_m = [0, 1]\n";
+    let splash = "[[emitter]]\nname = 'splash'\neffect = 'rain'\nfrom = 'impacts'\n";
+    let plan = parse(&format!("{room}{splash}{ground}")).unwrap().plan().unwrap();
+    assert_eq!(plan.emitters[1].capacity, 5 << 14);
+}
+
+#[test]
+fn the_plan_of_births_from_impacts_is_what_is_paid_for() {
+    let plan = parse(&knocked("dust", "most = 1000\nburst = 3")).unwrap().plan().unwrap();
+    let bytes = |name: &str| plan.buffers.iter().find(|it| it.name.contains(name)).map(|it| it.bytes);
+    // 100 balls, 16 orders each, three bits of 32 for each.
+    assert_eq!(
+        (bytes("ballistic.strikes"), bytes("ballistic.marks")),
+        (Some(48_000), Some(12 * (16 * u64::from(plan.emitters[0].capacity)).div_ceil(32)))
+    );
+    let runs = |name: &str| plan.passes.iter().find(|it| it.0.contains(name)).map(|it| it.1);
+    assert_eq!((runs("ballistic.mark"), runs("ballistic.living")), (Some(1.0), Some(1.0)));
+    assert_eq!((plan.emitters[1].capacity, plan.emitters[1].has_place()), (3000, false));
+    let without = parse(&format!("{BLOCK}{VOLUME}{RAIN}")).unwrap().plan().unwrap();
+    assert!(without.passes.iter().all(|it| !it.0.contains("ballistic")));
+    assert!(without.buffers.iter().all(|it| !it.name.contains("ballistic")));
+}
+
+#[test]
+fn what_impacts_throw_is_the_same_again_and_at_any_rate_of_pictures() {
+    let gpu = gpu();
+    let of = |more: &str| {
+        let text = knocked("dust", &format!("burst = 4\nlife_s = 0.333\n{more}"));
+        parse(&text.replace("[volume]", "[volume]\ndt_s = 0.004166666666666667")).unwrap()
+    };
+    let (mut all, mut pictures) = (Vec::new(), Vec::new());
+    // Half a second each.
+    for (fps, frames) in [(24, 13), (60, 31), (240, 121), (240, 121)] {
+        let mut scene = of("");
+        (scene.output.fps, scene.output.frames) = (f64::from(fps), frames);
+        let (dir, written) = run_into(&gpu, &scene, |options| options.hash_every = 0);
+        all.push(written.stats.emitters.clone());
+        pictures.push(picture(&dir, frames - 1));
+    }
+    let chips = all[0][1].clone();
+    let kindled = chips.kindled.unwrap();
+    assert!(chips.alive > 0 && kindled.impacts > 100, "{chips:?}");
+    assert_eq!((kindled.overwritten, kindled.lost), (0, 0));
+    assert_eq!((chips.born, chips.born), (4 * kindled.impacts, chips.alive + chips.aged));
+    assert!(all[1..].iter().all(|it| it[1] == chips), "{all:?}");
+    assert!(pictures[1..].iter().all(|it| *it == pictures[0]), "pictures differ");
+    // A ring that is too small, a threshold, and somebody else's mesh.
+    let stats = |more: &str| {
+        let mut scene = of(more);
+        scene.output.frames = 31;
+        run_into(&gpu, &scene, |options| options.hash_every = 0).1.stats.emitters[1].clone()
+    };
+    let small = stats("most = 16");
+    let lost = small.kindled.unwrap();
+    assert!(lost.impacts == kindled.impacts && lost.overwritten > 0 && small.alive <= 64, "{small:?}");
+    assert_eq!(small.born, small.alive + small.aged + lost.overwritten);
+    let hard = stats("least_impulse_mps = 2").kindled.unwrap();
+    assert!(hard.impacts > 0 && hard.impacts < kindled.impacts, "{hard:?} of {kindled:?}");
+    assert_eq!(stats("on = ['block']\nby = ['rain']").kindled.unwrap(), kindled);
+}
+
+#[test]
+fn births_from_impacts_go_on_from_a_checkpoint_to_the_bit() {
+    let gpu = gpu();
+    let scene = parse(&knocked("sparks", "")).unwrap();
+    let (whole, all) = run_into(&gpu, &scene, |_| {});
+    let dir = tempdir().unwrap();
+    let file = dir.path().join("state");
+    let mut half = scene.clone();
+    half.output.frames = 24;
+    run_into(&gpu, &half, |options| options.checkpoint = Some((file.clone(), 60)));
+    let (rest, resumed) = run_into(&gpu, &scene, |options| options.resume = Some(file.clone()));
+    assert!(all.stats.emitters[1].kindled.unwrap().impacts > 0);
+    assert_eq!(all.stats.emitters, resumed.stats.emitters);
+    assert_eq!(all.stats.hashes.last(), resumed.stats.hashes.last());
+    assert!(picture(&whole, 29) == picture(&rest, 29), "pictures differ");
+    // A threshold more is another scene.
+    let other = parse(&knocked("sparks", "least_impulse_mps = 1")).unwrap();
+    let options = RunOptions {
+        out: dir.path().to_owned(),
+        has_frames: false,
+        hash_every: 0,
+        checkpoint: None,
+        resume: Some(file),
+        profile: Default::default(),
+    };
+    let error = run::run(&gpu, &other, &other.plan().unwrap(), &options, |_| {}).unwrap_err();
+    assert!(error.to_string().contains("of another scene"), "{error}");
+}
+
+#[test]
+fn every_way_to_draw_shows_what_impacts_throw_and_nothing_before_the_first() {
+    let gpu = gpu();
+    let mut ways = vec!["quads", "splat"];
+    ways.extend(gpu.has_geometry_shader().then_some("geometry"));
+    let shot = |text: &str| {
+        let (dir, written) = run_into(&gpu, &parse(text).unwrap(), |options| options.hash_every = 0);
+        (picture(&dir, 29), picture(&dir, 3), written.stats)
+    };
+    let whole = knocked("sparks", "");
+    let (bare, early_bare, _) = shot(whole.split("[[emitter]]\nname = 'chips'").next().unwrap());
+    let mut shots = Vec::new();
+    for way in ways {
+        let (late, early, stats) = shot(&knocked("sparks", &format!("draw = '{way}'")));
+        assert!(stats.emitters[1].alive > 100, "{way}: {:?}", stats.emitters[1]);
+        // Nothing has fallen as far as the block yet.
+        assert!(early == early_bare, "{way}: something is seen before the first impact");
+        let changed = late.chunks(4).zip(bare.chunks(4)).filter(|(a, b)| a != b).count();
+        assert!((100..4000).contains(&changed), "{way} changes {changed} pixels");
+        shots.push(late);
+    }
+    let apart = |a: &[u8], b: &[u8]| {
+        a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64
+    };
+    eprintln!("splat {:.3}", apart(&shots[0], &shots[1]));
+    assert!(apart(&shots[0], &shots[1]) < 2.0, "{}", apart(&shots[0], &shots[1]));
+    assert!(shots.get(2).is_none_or(|it| *it == shots[0]), "geometry");
+}
+
+const GRIT: &str = "/* effect
+rate_per_s = 50
+life_s = 60
+*/
+Birth birth(Who who, vec3 emitter_m) {
+    return Birth(emitter_m, struck.impulse_mps * struck.normal - 0.1 * struck.velocity_mps, 0.0);
+}
+Look look(Who who, inout Flight f) { return Look(vec2(0.02), 0.0, vec4(0.2, 0.1, 0.0, 0.0), false); }
+";
+
+#[test]
+fn a_users_effect_is_told_of_its_impact_and_its_mistakes_have_a_line() {
+    let gpu = gpu();
+    let dir = tempdir().unwrap();
+    let load = |glsl: &str, text: &str| {
+        fs::write(dir.path().join("grit.glsl"), glsl).unwrap();
+        fs::write(dir.path().join("scene.toml"), text).unwrap();
+        Scene::load(&dir.path().join("scene.toml"), &[]).unwrap()
+    };
+    let text = knocked("grit.glsl", "burst = 2");
+    let (_out, written) = run_into(&gpu, &load(GRIT, &text), |options| options.hash_every = 0);
+    let stats = &written.stats.emitters[1];
+    assert!(stats.alive > 100 && stats.alive == stats.born, "{stats:?}");
+    let said = load(&GRIT.replace("struck.normal", "struck.normale"), &text).plan().unwrap_err().to_string();
+    for says in ["grit.glsl: does not compile", "grit.glsl:6: error: 'normale'", "    6 |     return Birth("]
+    {
+        assert!(said.contains(says), "{said}");
+    }
+    // The same file by the clock: what it would be told of is at rest.
+    let clock = "[output]\nsize = [64, 48]\nframes = 2\n[[emitter]]\neffect = 'grit.glsl'\nrate_per_s = 20\n";
+    load(GRIT, clock).plan().unwrap();
+}

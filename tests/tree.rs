@@ -93,6 +93,8 @@ fn dependencies_point_down() {
 #[test]
 fn twins_know_nothing_of_the_gpu() {
     for file in [
+        "src/ballistic/cpu.rs",
+        "src/ballistic/cpu_kindled.rs",
         "src/impact/cpu.rs",
         "src/paint/cpu.rs",
         "src/particles/cpu.rs",

@@ -5,6 +5,8 @@
 // An effect is one file, included after this one, that defines
 //     Birth birth(Who who, vec3 emitter_m)   what it starts with, from where the emitter was then
 //     Look look(Who who, inout Flight f)     its size and colour at its age; what sways is moved here
+// The same file is thrown by impacts where KINDLED_BINDING is defined (kindled.glsl): `emitter_m` is then where the impact
+// was, and `struck` and `away` say the rest of it.
 #include "common/random.glsl"
 
 struct Effect {
@@ -60,6 +62,36 @@ struct Look {
     vec4 color;             // linear, premultiplied by its alpha; alpha 0 only adds light
     bool is_streak;
 };
+
+// The impact that threw a particle. One that no impact threw is told of rest on level ground.
+struct Struck {
+    vec3 at_m;
+    vec3 normal;            // of the surface, unit, towards what hit it
+    vec3 velocity_mps;      // of what hit it, before, seen from the surface
+    float impulse_mps;      // change of its velocity along the normal: impulse a mass
+};
+
+#ifdef KINDLED_BINDING
+Struck struck;
+#else
+const Struck struck = Struck(vec3(0.0), vec3(0.0, 1.0, 0.0), vec3(0.0), 0.0);
+#endif
+
+// `v` with its y along the normal of what was hit (Duff and others, "Building an Orthonormal Basis, Revisited", JCGT 6(1),
+// 2017). On level ground it is `v`.
+vec3 away(vec3 v) {
+#ifdef KINDLED_BINDING
+    vec3 n = struck.normal;
+    float side = n.y < 0.0 ? -1.0 : 1.0;
+    precise float a = -1.0 / (side + n.y), b = n.x * n.z * a;
+    precise vec3 right = vec3(1.0 + side * (n.x * n.x * a), -side * n.x, side * b);
+    precise vec3 ahead = vec3(b, -n.z, side + n.z * n.z * a);
+    precise vec3 turned = (v.x * right + v.y * n) + v.z * ahead;
+    return turned;
+#else
+    return v;
+#endif
+}
 
 // Four numbers, 0 to 1, without 1; others for each purpose, below 256.
 vec4 chance(Who who, uint purpose) {

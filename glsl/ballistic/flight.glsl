@@ -5,6 +5,10 @@
 #include "ballistic/ground.glsl"
 #endif
 
+#ifdef KINDLED_BINDING
+#include "ballistic/kindled.glsl"
+#else
+
 // Where the emitter was when something was born that is `age` old now.
 vec3 emitter_at(Wide age) {
     vec3 at = effect.emitter_m.xyz;
@@ -30,10 +34,17 @@ Wide age_of_particle(uint i, out Who who) {
     return age_of(back);
 }
 
+// Particles that live and have room.
+uint particles_alive() { return min(effect.births * effect.burst, effect.capacity); }
+#endif
+
 // False: it is not to be seen, its path has not begun.
 bool flight_of(uint i, out Who who, out Flight f) {
     Wide age = age_of_particle(i, who);
     Birth start = birth(who, emitter_at(age));
+#ifdef KINDLED_BINDING
+    if (age.high < 0.0) return false;
+#endif
     f.share = age.high * effect.lives_per_s;
     f.down_s = -1.0;
     if (start.delay_s > 0.0) {

@@ -19,7 +19,7 @@ uint packed_bytes(vec4 parts) {
 
 void main() {
     uint first = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * (group * items) + gl_LocalInvocationIndex;
-    uint count = min(effect.births * effect.burst, effect.capacity);
+    uint count = particles_alive();
     [[unroll]] for (uint k = 0u; k < items; ++k) {
         uint i = first + k * group;
         if (i >= count) return;

@@ -7,12 +7,13 @@ emitter_m = 0 0.5 0
 exposure_s = 0.03
 blend = add
 */
-// Sparks: thrown up in a cone, braked by air, drawn as streaks that cool. CPU twin: ballistic::cpu::birth.
+// Sparks: thrown up in a cone, or off what was hit, braked by air, drawn as streaks that cool. CPU twin:
+// ballistic::cpu::birth.
 
 Birth birth(Who who, vec3 emitter_m) {
     vec4 u = chance(who, 0u);
     precise vec3 v = (direction_of(u.xy) * vec3(0.45, 0.3, 0.45) + vec3(0.0, 0.9, 0.0)) * (5.0 + 6.0 * u.z);
-    return Birth(emitter_m, v, 0.0);
+    return Birth(emitter_m, away(v), 0.0);
 }
 
 Look look(Who who, inout Flight f) {

@@ -3,7 +3,7 @@
 #include "ballistic/flight.glsl"
 
 bool sprite_of(uint i, out Sprite sprite) {
-    if (i >= min(effect.births * effect.burst, effect.capacity)) return false;
+    if (i >= particles_alive()) return false;
     Who who;
     Flight f;
     if (!flight_of(i, who, f)) return false;

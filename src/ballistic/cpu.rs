@@ -34,6 +34,37 @@ pub struct Birth {
     pub delay_s: f32,
 }
 
+/// The impact that threw a particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Struck {
+    /// (m).
+    pub at_m: Vec3,
+    /// Of the surface, unit, towards what hit it.
+    pub normal: Vec3,
+    /// Of what hit it, before (m/s).
+    pub velocity_mps: Vec3,
+    /// Change of its velocity along the normal (m/s).
+    pub impulse_mps: f32,
+}
+
+impl Struck {
+    /// What those are told that no impact threw.
+    pub fn at_rest(at_m: Vec3) -> Self {
+        Self { at_m, normal: Vec3::Y, velocity_mps: Vec3::ZERO, impulse_mps: 0.0 }
+    }
+
+    /// `v` with its y along the normal.
+    pub fn away(&self, v: Vec3) -> Vec3 {
+        let n = self.normal;
+        let side = if n.y < 0.0 { -1.0 } else { 1.0 };
+        let a = -1.0 / (side + n.y);
+        let b = n.x * n.z * a;
+        let right = vec3(1.0 + side * (n.x * n.x * a), -side * n.x, side * b);
+        let ahead = vec3(b, -n.z, side + n.z * n.z * a);
+        (v.x * right + v.y * n) + v.z * ahead
+    }
+}
+
 /// [`Birth`] in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BirthF64 {
@@ -234,6 +265,12 @@ pub fn emitter_at(p: &Params, age: Wide) -> Vec3 {
 
 /// `birth` of each built-in effect.
 pub fn birth(effect: Builtin, p: &Params, who: Who, emitter_m: Vec3) -> Birth {
+    birth_of(effect, p, who, &Struck::at_rest(emitter_m))
+}
+
+/// The same, thrown by an impact.
+pub fn birth_of(effect: Builtin, p: &Params, who: Who, struck: &Struck) -> Birth {
+    let emitter_m = struck.at_m;
     let [a, b, c, d] = chance(p, who, 0);
     let still = |at_m, velocity_mps| Birth { at_m, velocity_mps, delay_s: 0.0 };
     match effect {
@@ -245,8 +282,17 @@ pub fn birth(effect: Builtin, p: &Params, who: Who, emitter_m: Vec3) -> Birth {
         ),
         Builtin::Sparks => still(
             emitter_m,
-            (direction_of([a, b]) * vec3(0.45, 0.3, 0.45) + vec3(0.0, 0.9, 0.0)) * (5.0 + 6.0 * c),
+            struck
+                .away((direction_of([a, b]) * vec3(0.45, 0.3, 0.45) + vec3(0.0, 0.9, 0.0)) * (5.0 + 6.0 * c)),
         ),
+        Builtin::Dust => {
+            let (n, came) = (struck.normal, struck.velocity_mps);
+            let into = (came.x * n.x + came.y * n.y) + came.z * n.z;
+            let mirrored = came - (2.0 * into) * n;
+            let lobe = direction_of([a, b]) + Vec3::Y;
+            let (share, off_mps) = (0.1 * c * c, 0.25 + 0.02 * struck.impulse_mps);
+            still(emitter_m, share * mirrored + off_mps * struck.away(lobe))
+        }
         Builtin::Snow => still(
             emitter_m + vec3(30.0 * a - 15.0, 0.0, 30.0 * b - 15.0),
             vec3(0.8 * c - 0.4, -1.1, 0.8 * d - 0.4),
@@ -287,6 +333,7 @@ pub fn birth_f64(effect: Builtin, p: &Params, who: Who, emitter_m: DVec3) -> Bir
             emitter_m,
             (direction_f64([a, b]) * dvec3(0.45, 0.3, 0.45) + dvec3(0.0, 0.9, 0.0)) * (5.0 + 6.0 * c),
         ),
+        Builtin::Dust => still(emitter_m, (direction_f64([a, b]) + DVec3::Y) * 0.25),
         Builtin::Snow => still(
             emitter_m + dvec3(30.0 * a - 15.0, 0.0, 30.0 * b - 15.0),
             dvec3(0.8 * c - 0.4, -1.1, 0.8 * d - 0.4),
@@ -329,8 +376,18 @@ pub fn who(p: &Params, i: u32) -> (Who, u32) {
 /// Particle `i` of an effect over `ground`, if it is to be seen: `flight_of`, and what `look` moves.
 pub fn flight(effect: Builtin, p: &Params, ground: Option<&super::Ground<'_>>, i: u32) -> Option<Flight> {
     let (who, back) = who(p, i);
-    let mut age = age_of(p, back);
-    let start = birth(effect, p, who, emitter_at(p, age));
+    let age = age_of(p, back);
+    fly(effect, p, ground, who, (age, birth(effect, p, who, emitter_at(p, age))))
+}
+
+/// The rest of it, of an age and from a birth.
+pub(super) fn fly(
+    effect: Builtin,
+    p: &Params,
+    ground: Option<&super::Ground<'_>>,
+    who: Who,
+    (mut age, start): (Wide, Birth),
+) -> Option<Flight> {
     let share = age.high * p.lives_per_s;
     if start.delay_s > 0.0 {
         let later = age.high - start.delay_s;

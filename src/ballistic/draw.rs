@@ -33,6 +33,7 @@ impl Drawing {
             Builtin::Sparks => (c"ballistic.sparks", shaders::BALLISTIC_SPARKS_VERT),
             Builtin::Snow => (c"ballistic.snow", shaders::BALLISTIC_SNOW_VERT),
             Builtin::Fireworks => (c"ballistic.fireworks", shaders::BALLISTIC_FIREWORKS_VERT),
+            Builtin::Dust => (c"ballistic.dust", shaders::BALLISTIC_DUST_VERT),
         };
         Self::of(gpu, stage, name, vertex, &builtin.effect(), ground_m)
     }

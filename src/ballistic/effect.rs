@@ -176,6 +176,14 @@ impl Effect {
         }
     }
 
+    /// The same of an effect that impacts throw, from a ring of `slots`: of an emitter there is nothing in it, and what lives
+    /// the ring says.
+    pub fn kindled_params(&self, seed: u32, stream: u32, ground: &GroundGrid, slots: u32) -> Params {
+        let still = Self { emitter: Emitter::default(), ..self.clone() };
+        let params = still.params(Moment::default(), seed, stream, ground, slots);
+        Params { newest: 0, births: 0, ..params }
+    }
+
     /// Reads the numbers of an effect file; `file` is how errors name it.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 //! Where such a particle is follows from how it began and how old it is, and how it began follows from its serial number:
 //! so nothing need be stored. [`stateless`] computes particle `i` of an emitter from `i`, at any time, in any order;
 //! [`stored`] keeps what each began with and its age in a list, as the book does, and is there to be compared and ported;
-//! [`stream`] is that list written by transform feedback, where a device has it.
+//! [`stream`] is that list written by transform feedback, where a device has it; [`kindled`] takes its births from impacts.
 //!
 //! An effect is one GLSL file: numbers in its first comment ([`Effect::parse`]), `birth` and `look` below it.
 //!
@@ -17,15 +17,22 @@
 //! | `ballistic.count`      | counters                 | counters        |                    |
 //! | `ballistic.stream`     | list                     | list            | [`cpu::age_of`]    |
 //! | `ballistic.fall`       | falls                    | times           | [`cpu::fall_time`] |
+//! | `ballistic.mark`       | impacts                  | marks, ring     | [`cpu_kindled::Kept::step`] |
+//! | `ballistic.turn`       | ring, sums               | ring            | [`cpu_kindled::Kept::step`] |
+//! | `ballistic.kindle`     | impacts, marks, ring     | ring            | [`cpu_kindled::Kept::step`] |
+//! | `ballistic.living`     | ring                     | ring            | [`cpu_kindled::Kept::living`] |
+//! | `ballistic.EFFECT_kindled` | ring, ground if any  | vertices        | [`cpu_kindled::Kept::flight`] |
 //!
 //! Left out: collisions among particles and with meshes, and forces that depend on the place: those need a state, and
 //! steps.
 
 pub mod cpu;
+pub mod cpu_kindled;
 pub mod draw;
 mod effect;
 mod emission;
 mod ground;
+pub mod kindled;
 pub mod stateless;
 pub mod stored;
 pub mod stream;
@@ -34,6 +41,7 @@ pub use draw::Drawing;
 pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
 pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;
+pub use kindled::{Kindling, KindlingInfo};
 pub use stateless::{Counts, Materialise, Vertex, Vertices};
 pub use stored::StoredEffect;
 pub use stream::StreamedEffect;
@@ -59,12 +67,14 @@ pub enum Builtin {
     Snow,
     /// Shells that rise and burst.
     Fireworks,
+    /// What impacts knock off, and air stops.
+    Dust,
 }
 
 impl Builtin {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Fire, Self::Rain, Self::Smoke, Self::Sparks, Self::Snow, Self::Fireworks];
+    pub const ALL: [Self; 7] =
+        [Self::Fire, Self::Rain, Self::Smoke, Self::Sparks, Self::Snow, Self::Fireworks, Self::Dust];
 
     /// As scenes name it.
     pub fn name(self) -> &'static str {
@@ -75,6 +85,7 @@ impl Builtin {
             Self::Sparks => "sparks",
             Self::Snow => "snow",
             Self::Fireworks => "fireworks",
+            Self::Dust => "dust",
         }
     }
 
@@ -118,6 +129,7 @@ impl Builtin {
             Self::Sparks => (c"ballistic.sparks", shaders::BALLISTIC_SPARKS_COMP),
             Self::Snow => (c"ballistic.snow", shaders::BALLISTIC_SNOW_COMP),
             Self::Fireworks => (c"ballistic.fireworks", shaders::BALLISTIC_FIREWORKS_COMP),
+            Self::Dust => (c"ballistic.dust", shaders::BALLISTIC_DUST_COMP),
         };
         Materialise::tuned(gpu, name, spv, self.effect().has_ground, items)
     }

@@ -228,6 +228,20 @@ impl SplatSprites {
         let threads = [count.min(Self::ROW), count.div_ceil(Self::ROW), 1];
         rec.span(self.name, |rec| rec.dispatch(&self.bound, threads, params));
     }
+
+    /// The same of as many as three words at `offset` of `args` say: workgroups of 128.
+    ///
+    /// # Panics
+    /// As [`SplatSprites::record`].
+    pub fn record_indirect<P: bytemuck::Pod>(
+        &self,
+        rec: &mut Recorder<'_>,
+        args: &Buffer,
+        offset: u64,
+        params: &P,
+    ) {
+        rec.span(self.name, |rec| rec.dispatch_indirect(&self.bound, args, offset, params));
+    }
 }
 
 /// A picture on a sprite: linear, premultiplied, with all its levels, in a buffer.

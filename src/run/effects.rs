@@ -2,6 +2,7 @@
 //! Emitters of a scene on the GPU: drawn as the plan says, and effects in closed form, which are nothing but drawn.
 
 use super::{
+    kindled::Kindled,
     live::Counters,
     room::Volume,
     source::{Drawn, Flow, Source},
@@ -88,6 +89,13 @@ impl Emitters {
                     params: effect.params(Moment::default(), seed, stream, &grid, plan.capacity),
                 }))
             }
+            PlannedThrows::Kindled(kindled) => {
+                let volume = volume.expect("a scene that impacts kindle has a volume");
+                let ground = self.ground.as_ref().map(|(height, grid)| (height, *grid));
+                let drawing = (stage, self.splats.as_ref(), ground);
+                let of = (seed, stream);
+                Source::Kindled(Box::new(Kindled::new(gpu, drawing, volume.impacts(), plan, kindled, of)?))
+            }
             PlannedThrows::Law(law) => {
                 let seed = seed.wrapping_add(stream.wrapping_mul(0x9e37_79b9));
                 let drawing = (self.splats.as_ref(), shadow, volume);
@@ -125,10 +133,14 @@ impl Emitters {
         for (i, plan) in plans.iter().enumerate().filter(|(_, plan)| plan.needs_depth()) {
             let drawn = match &self.sources[i] {
                 Source::Flow(flow) => Some(self.flow_drawn(gpu, stage, plan, &flow.effect)?),
-                Source::Swarm(_) => None,
+                Source::Kindled(_) | Source::Swarm(_) => None,
             };
+            let ground = self.ground.as_ref().map(|(height, grid)| (height, *grid));
             match (&mut self.sources[i], drawn) {
                 (Source::Flow(flow), Some(drawn)) => flow.drawn = drawn,
+                (Source::Kindled(kindled), _) => {
+                    kindled.redraw(gpu, (stage, self.splats.as_ref(), ground), plan)?;
+                }
                 (Source::Swarm(swarm), _) => {
                     swarm.redraw(gpu, stage, (self.splats.as_ref(), shadow), plan)?;
                 }
@@ -195,7 +207,7 @@ impl Emitters {
         match self.sources.get_mut(emitter) {
             Some(Source::Flow(flow)) => flow.effect.emitter.at_m = at_m,
             Some(Source::Swarm(swarm)) => swarm.move_to(at_m),
-            None => {}
+            Some(Source::Kindled(_)) | None => {}
         }
     }
 
@@ -204,6 +216,7 @@ impl Emitters {
         for source in &mut self.sources {
             match source {
                 Source::Flow(flow) => flow.at(time_s),
+                Source::Kindled(kindled) => kindled.at(time_s),
                 Source::Swarm(swarm) => swarm.advance(frame_s, time_s),
             }
         }
@@ -212,6 +225,15 @@ impl Emitters {
     /// Records a step of those that meet meshes.
     pub fn record_colliding(&mut self, rec: &mut Recorder<'_>) {
         self.swarms_mut().filter(|it| it.collides()).for_each(|swarm| swarm.record_step(rec));
+    }
+
+    /// Records the births that the impacts of a step make, which ends at `time_s`.
+    pub fn record_kindling(&mut self, rec: &mut Recorder<'_>, time_s: f64) {
+        for source in &mut self.sources {
+            if let Source::Kindled(kindled) = source {
+                kindled.record_step(rec, time_s);
+            }
+        }
     }
 
     /// Records the drops that those who paint make, where particles and not impacts do. Barriers stand on both sides.
@@ -235,6 +257,11 @@ impl Emitters {
                 swarm.record(rec);
             }
             swarm.record_look(rec);
+        }
+        for source in &self.sources {
+            if let Source::Kindled(kindled) = source {
+                kindled.record_living(rec);
+            }
         }
         if self.sources.iter().any(|it| matches!(it, Source::Swarm(_))) {
             rec.barrier(Access::ComputeReadWrite, Access::IndirectRead);
@@ -264,6 +291,7 @@ impl Emitters {
                         sprites.record(rec, flow.count(), &flow.params);
                     }
                 }
+                Source::Kindled(kindled) => kindled.draw(rec),
                 Source::Swarm(swarm) => swarm.draw(rec),
             }
         }
@@ -279,6 +307,7 @@ impl Emitters {
                         sprites.record(rec, flow.count(), &flow.params);
                     }
                 }
+                Source::Kindled(kindled) => kindled.splat(rec),
                 Source::Swarm(swarm) => swarm.splat(rec),
             }
         }
@@ -302,47 +331,49 @@ impl Emitters {
     fn swarms(&self) -> impl Iterator<Item = &Swarm> {
         self.sources.iter().filter_map(|it| match it {
             Source::Swarm(swarm) => Some(&**swarm),
-            Source::Flow(_) => None,
+            Source::Flow(_) | Source::Kindled(_) => None,
         })
     }
 
     fn swarms_mut(&mut self) -> impl Iterator<Item = &mut Swarm> {
         self.sources.iter_mut().filter_map(|it| match it {
             Source::Swarm(swarm) => Some(&mut **swarm),
-            Source::Flow(_) => None,
+            Source::Flow(_) | Source::Kindled(_) => None,
         })
     }
 
-    /// Of every pool: what is not stored has no state.
+    /// Of every pool and every ring: what is not stored has no state.
     ///
     /// # Errors
     /// The device's.
     pub fn states(&self) -> Result<Vec<Vec<f32>>, RunError> {
-        self.swarms().map(Swarm::state).collect()
+        self.sources.iter().filter_map(|it| it.state().transpose()).collect()
     }
 
-    /// Goes on from `states`, after `pictures` of `frame_s`. `false` if they are of other pools.
+    /// Goes on from `states`, after `pictures` of `frame_s`. `false` if they are of other pools or rings.
     ///
     /// # Errors
     /// The device's.
     pub fn restore(&mut self, states: &[Vec<f32>], pictures: u32, frame_s: f64) -> Result<bool, RunError> {
-        if self.swarms().count() != states.len() {
+        let mut stored: Vec<&mut Source> = self.sources.iter_mut().filter(|it| it.is_stored()).collect();
+        if stored.len() != states.len() {
             return Ok(false);
         }
-        for (swarm, state) in self.swarms_mut().zip(states) {
-            if !swarm.restore(state, pictures, frame_s)? {
+        for (source, state) in stored.iter_mut().zip(states) {
+            if !source.restore(state, pictures, frame_s)? {
                 return Ok(false);
             }
         }
         Ok(true)
     }
 
-    /// Of every pool.
+    /// Of every pool and every ring.
     ///
     /// # Errors
     /// The device's.
     pub fn hashes(&self) -> Result<Vec<String>, RunError> {
-        self.swarms().map(|swarm| Ok(format!("{:016x}", swarm.hash()?))).collect()
+        let hash = |it: &Source| it.hash().map(|hash| hash.map(|hash| format!("{hash:016x}"))).transpose();
+        self.sources.iter().filter_map(hash).collect()
     }
 
     /// Of every emitter.
@@ -357,6 +388,7 @@ impl Emitters {
                 let counts = vec![("alive", alive), ("drawn", drawn), ("dropped", alive - drawn)];
                 Ok(Counters { name: flow.name.clone(), counts })
             }
+            Source::Kindled(kindled) => kindled.counters(),
             Source::Swarm(swarm) => swarm.counters(),
         };
         self.sources.iter().map(of).collect()
@@ -369,6 +401,7 @@ impl Emitters {
     pub fn counts(&self) -> Result<Vec<EmitterStats>, RunError> {
         let of = |source: &Source| match source {
             Source::Flow(flow) => Ok(flow.counts()),
+            Source::Kindled(kindled) => kindled.counts(),
             Source::Swarm(swarm) => swarm.counts(),
         };
         self.sources.iter().map(of).collect()
@@ -381,6 +414,7 @@ impl Emitters {
     pub fn stats(&self) -> Result<Vec<EmitterStats>, RunError> {
         let of = |source: &Source| match source {
             Source::Flow(flow) => Ok(flow.counts()),
+            Source::Kindled(kindled) => kindled.stats(),
             Source::Swarm(swarm) => swarm.stats(),
         };
         self.sources.iter().map(of).collect()

@@ -10,6 +10,7 @@ mod effects;
 mod encoder;
 mod falls;
 mod gas;
+mod kindled;
 mod lake;
 mod live;
 pub mod picture;

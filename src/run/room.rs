@@ -203,7 +203,7 @@ impl Room {
 
     /// Records the steps that are due, and leaves the meshes as they are drawn.
     ///
-    /// pose --B-- cells, texels --B-- all that collides --B-- impacts --B-- paint
+    /// pose --B-- cells, texels --B-- all that collides --B-- impacts --B-- paint, births
     pub fn record(&mut self, rec: &mut Recorder<'_>, emitters: &mut Emitters) {
         let dt_s = self.clock.dt_s();
         // The last picture may still be on its way.
@@ -227,6 +227,7 @@ impl Room {
                         emitters.record_drops(rec);
                         brush.paint_step(rec, self.taken);
                     }
+                    emitters.record_kindling(rec, self.taken as f64 * dt_s);
                 }
                 None => emitters.record_colliding(rec),
             }
@@ -337,6 +338,11 @@ impl Volume {
     /// What pools of the law bind.
     pub fn resources(&self) -> [(&'static str, Resource<'_>); 5] {
         self.surroundings.resources(&self.stream)
+    }
+
+    /// What was hit in the last step.
+    pub fn impacts(&self) -> &Stream {
+        &self.stream
     }
 
     /// Where particles become drops, if they paint.

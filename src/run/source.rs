@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One emitter on the GPU: an effect in closed form or a pool, and the shaders that draw it.
 
-use super::{stats::EmitterStats, swarm::Swarm, RunError};
+use super::{kindled::Kindled, stats::EmitterStats, swarm::Swarm, RunError};
 use crate::{
     ballistic::{Effect, GroundGrid, Moment, Params},
     draw::{
@@ -88,6 +88,7 @@ impl Flow {
 /// What one emitter is on the GPU.
 pub(super) enum Source {
     Flow(Box<Flow>),
+    Kindled(Box<Kindled>),
     Swarm(Box<Swarm>),
 }
 
@@ -95,6 +96,7 @@ impl Source {
     pub fn go_on_from(&mut self, old: &Self) -> Result<(), RunError> {
         match (self, old) {
             (Self::Swarm(new), Self::Swarm(old)) => new.go_on_from(old),
+            (Self::Kindled(new), Self::Kindled(old)) => new.go_on_from(old),
             _ => Ok(()), // what is not stored has nothing to go on with
         }
     }
@@ -102,7 +104,40 @@ impl Source {
     pub fn is_triangles(&self) -> bool {
         match self {
             Self::Flow(flow) => matches!(flow.drawn, Drawn::Triangles(_)),
+            Self::Kindled(kindled) => kindled.is_triangles(),
             Self::Swarm(swarm) => swarm.is_triangles(),
+        }
+    }
+
+    /// Whether it has a state.
+    pub fn is_stored(&self) -> bool {
+        !matches!(self, Self::Flow(_))
+    }
+
+    /// All words of its state, floats in name only.
+    pub fn state(&self) -> Result<Option<Vec<f32>>, RunError> {
+        match self {
+            Self::Flow(_) => Ok(None),
+            Self::Kindled(kindled) => kindled.state().map(Some),
+            Self::Swarm(swarm) => swarm.state().map(Some),
+        }
+    }
+
+    /// Goes on from a state after `pictures` of `frame_s`. `false` if it is of another.
+    pub fn restore(&mut self, state: &[f32], pictures: u32, frame_s: f64) -> Result<bool, RunError> {
+        match self {
+            Self::Flow(_) => Ok(false),
+            Self::Kindled(kindled) => kindled.restore(state),
+            Self::Swarm(swarm) => swarm.restore(state, pictures, frame_s),
+        }
+    }
+
+    /// Of its state.
+    pub fn hash(&self) -> Result<Option<u64>, RunError> {
+        match self {
+            Self::Flow(_) => Ok(None),
+            Self::Kindled(kindled) => kindled.hash().map(Some),
+            Self::Swarm(swarm) => swarm.hash().map(Some),
         }
     }
 }

@@ -44,7 +44,7 @@ pub struct Stats {
     /// Of meshes, cells, impacts and paint, if particles meet meshes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume: Option<VolumeStats>,
-    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles, one a box of disks, and
+    /// Every so many frames, if asked for: frame and one hash a water, then one a pool of particles or a ring of impacts, one a box of disks, and
     /// one of the paint.
     pub hashes: Vec<(u32, Vec<String>)>,
     /// What the user should know.
@@ -136,8 +136,22 @@ pub struct EmitterStats {
     pub steps: Option<u64>,
     /// Of a step (s).
     pub dt_s: Option<f64>,
-    /// Of all that lives at the end.
+    /// Of all that lives at the end, or of the ring.
     pub state_hash: Option<String>,
+    /// If impacts throw them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kindled: Option<KindledStats>,
+}
+
+/// What became of the impacts that throw an emitter's particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct KindledStats {
+    /// That threw, since the start.
+    pub impacts: u64,
+    /// Particles that lived when others took their places: born, and neither alive nor aged.
+    pub overwritten: u64,
+    /// Impacts that threw nothing, as they had no place in the order of their step.
+    pub lost: u64,
 }
 
 /// What became of one box of disks.

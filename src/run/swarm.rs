@@ -385,6 +385,7 @@ impl Swarm {
             steps: Some(self.clock.steps()),
             dt_s: Some(self.clock.dt_s()),
             state_hash: None,
+            kindled: None,
         })
     }
 

@@ -3,7 +3,8 @@
 
 use super::{
     colliding::meets,
-    particles::{Draw, EmitterScene, LawScene, Throws},
+    kindled::KindledPlan,
+    particles::{Draw, EffectScene, EmitterScene, LawScene, Throws},
     Attractor, PlannedBuffer, Scene, SceneError, VolumePlan,
 };
 use crate::{
@@ -54,6 +55,8 @@ pub struct EmitterPlan {
 pub enum PlannedThrows {
     /// A closed form.
     Effect(ballistic::Effect),
+    /// A closed form, thrown by impacts.
+    Kindled(Box<KindledPlan>),
     /// A pool with a law.
     Law(Box<LawPlan>),
 }
@@ -80,6 +83,11 @@ pub struct LawPlan {
 }
 
 impl EmitterPlan {
+    /// Whether it throws from a place of its own, and not from where impacts are.
+    pub fn has_place(&self) -> bool {
+        !matches!(self.throws, PlannedThrows::Kindled(_))
+    }
+
     /// Whether it needs a copy of the scene's depth.
     pub fn needs_depth(&self) -> bool {
         self.soft || self.draw == Draw::Splat
@@ -87,6 +95,9 @@ impl EmitterPlan {
 
     pub(super) fn list_buffers(&self, pixels: u64, list: &mut Vec<PlannedBuffer>) {
         let because = format!("emitter.{}", self.name);
+        if let PlannedThrows::Kindled(kindled) = &self.throws {
+            kindled.list_buffers(&self.name, list);
+        }
         let mut add = |name: &str, bytes: u64, because: String| {
             list.push(PlannedBuffer { name: name.into(), bytes, because });
         };
@@ -129,8 +140,11 @@ impl EmitterPlan {
         }
     }
 
-    /// Passes before those of the picture.
-    pub(super) fn list_steps(&self, fps: f64, list: &mut Vec<(String, f64)>) {
+    /// Passes before those of the picture, `often` those that follow a step of the volume.
+    pub(super) fn list_steps(&self, (fps, often): (f64, f64), list: &mut Vec<(String, f64)>) {
+        if let PlannedThrows::Kindled(kindled) = &self.throws {
+            kindled.list_steps(&self.name, often, list);
+        }
         if let PlannedThrows::Law(law) = &self.throws {
             let steps = 1.0 / (fps * law.dt_s);
             list.push((
@@ -179,8 +193,14 @@ impl Scene {
     ) -> Result<EmitterPlan, SceneError> {
         let texture = emitter.texture.as_deref().map(|file| self.load_texture(file)).transpose()?;
         let (throws, reason, sprites, capacity) = match &emitter.throws {
+            Throws::Effect(scene @ EffectScene { kindled: Some(kindled), .. }) => {
+                let (effect, sprites) = self.effect(emitter, scene)?;
+                let plan = KindledPlan::new(kindled, emitter.changed(scene, effect));
+                let (reason, most) = (plan.reason(kindled), plan.most_particles());
+                (PlannedThrows::Kindled(Box::new(plan)), reason, sprites, most)
+            }
             Throws::Effect(scene) => {
-                let (effect, sprites) = self.effect(emitter, &scene.file, emitter.draw)?;
+                let (effect, sprites) = self.effect(emitter, scene)?;
                 let effect = emitter.changed(scene, effect);
                 effect.check().map_err(|reason| SceneError::Shader { file: scene.file.clone(), reason })?;
                 let most = effect.most_particles();
@@ -216,6 +236,7 @@ impl Scene {
         };
         let at_m = match &throws {
             PlannedThrows::Effect(effect) => effect.emitter.at_m,
+            PlannedThrows::Kindled(_) => Vec3::ZERO,
             PlannedThrows::Law(law) => law.emitter.at_m,
         };
         Ok(EmitterPlan {
@@ -242,16 +263,15 @@ impl Scene {
     fn effect(
         &self,
         emitter: &EmitterScene,
-        file: &str,
-        draw: Draw,
+        scene: &EffectScene,
     ) -> Result<(ballistic::Effect, Spv), SceneError> {
+        let (file, draw, is_kindled) = (scene.file.as_str(), emitter.draw, scene.kindled.is_some());
         let shader = |reason| SceneError::Shader { file: file.to_owned(), reason };
         let (effect, text) = match ballistic::Builtin::named(file) {
             Some(builtin) => {
-                if draw == Draw::Quads {
-                    let name = format!("ballistic.{file}.vert");
-                    let found = shaders::ALL.iter().find(|(known, _)| *known == name);
-                    let (_, spv) = found.expect("every effect has a vertex shader");
+                let name = format!("ballistic.{file}{}.vert", if is_kindled { "_kindled" } else { "" });
+                let made = shaders::ALL.iter().find(|(known, _)| *known == name && draw == Draw::Quads);
+                if let Some((_, spv)) = made {
                     return Ok((builtin.effect(), (*spv).into()));
                 }
                 (builtin.effect(), builtin.file().1.to_owned())
@@ -263,7 +283,12 @@ impl Scene {
                 (effect, text)
             }
         };
-        let ground = if effect.has_ground { "#define GROUND_BINDING 8\n" } else { "" };
+        let defines = match (is_kindled, effect.has_ground) {
+            (false, false) => "",
+            (false, true) => "#define GROUND_BINDING 8\n",
+            (true, false) => "#define KINDLED_BINDING 8\n",
+            (true, true) => "#define KINDLED_BINDING 8\n#define GROUND_BINDING 10\n",
+        };
         let has_ground = self.terrain.is_some() || !self.water.is_empty();
         if effect.has_ground && !has_ground {
             let reason = format!(
@@ -277,7 +302,7 @@ impl Scene {
             Draw::Geometry => (glsl::Stage::Geometry, "draw/sprites_geom.glsl"),
             Draw::Splat | Draw::Balls => (glsl::Stage::Compute, "draw/sprites_splat.glsl"),
         };
-        let before = [ground, "#include \"draw/view.glsl\"\n#include \"draw/sprite.glsl\"\n#include \"ballistic/effect.glsl\"\n"].concat();
+        let before = [defines, "#include \"draw/view.glsl\"\n#include \"draw/sprite.glsl\"\n#include \"ballistic/effect.glsl\"\n"].concat();
         let after = format!("#include \"ballistic/sprite.glsl\"\n#include \"{after}\"\n");
         Ok((effect, compile(file, &before, &text, &after, stage)?.into()))
     }

@@ -30,6 +30,7 @@ mod disks;
 mod emit;
 mod error;
 mod heightmap;
+mod kindled;
 pub mod measured;
 mod meshes;
 mod motion;
@@ -58,6 +59,7 @@ pub use disks::{DisksScene, Heavy};
 pub use emit::{EmitterPlan, LawPlan, PlannedThrows, Spv};
 pub use error::{Place, Problem, ProblemKind, SceneError};
 pub use heightmap::{Heightmap, HeightmapError};
+pub use kindled::{KindledPlan, KindledScene};
 pub use measured::Measured;
 pub use meshes::{MeshPlan, MeshScene, Shape, Source as MeshSource};
 pub use motion::{Key, Motion};
@@ -226,9 +228,10 @@ impl Scene {
         self.terrain.as_ref().map(|terrain| heightmap::load(terrain, self.base_dir.as_deref())).transpose()
     }
 
-    /// Emitters that have a pool.
+    /// Emitters that have a state: a pool, or a ring of impacts.
     pub(crate) fn pools(&self) -> usize {
-        self.emitters.iter().filter(|it| matches!(it.throws, Throws::Law(_))).count()
+        let has_state = |it: &&EmitterScene| matches!(it.throws, Throws::Law(_)) || it.kindled().is_some();
+        self.emitters.iter().filter(has_state).count()
     }
 
     /// The scene's camera, or else one that sees the whole scene.

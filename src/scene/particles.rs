@@ -4,6 +4,7 @@
 use super::{
     attractors::Attractor,
     colliding::{self, CollidingScene},
+    kindled::{self, KindledScene},
     parse::{
         Rule::{AtLeastZero, Finite, Within},
         Table,
@@ -70,6 +71,9 @@ pub struct EffectScene {
     pub exposure_s: Option<f32>,
     /// Factor of all sizes.
     pub size: Option<f32>,
+    /// Of births from impacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kindled: Option<KindledScene>,
 }
 
 /// A law and its numbers, and how its particles look.
@@ -262,7 +266,7 @@ fn emitter(
         if needs && !has_ground {
             table.conflict("effect", "ends on the ground: it needs [terrain] or [[water]]");
         }
-        if let Some(builtin) = ballistic::Builtin::named(&effect.file) {
+        if let Some(builtin) = ballistic::Builtin::named(&effect.file).filter(|_| effect.kindled.is_none()) {
             if let Err(what) = emitter.changed(effect, builtin.effect()).check() {
                 table.blame("rate_per_s", super::ProblemKind::OutOfRange, what);
             }
@@ -282,6 +286,7 @@ fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
         circle_turns_per_s: table.maybe("circle_turns_per_s", Within(-1e3, 1e3)),
         exposure_s: table.maybe("exposure_s", Within(0.0, 10.0)),
         size: table.maybe("size", Within(1e-6, 1e6)),
+        kindled: kindled::kindled(table),
     }
 }
 
@@ -364,6 +369,14 @@ impl EmitterScene {
         match &self.throws {
             Throws::Law(law) => law.colliding.as_ref(),
             Throws::Effect(_) => None,
+        }
+    }
+
+    /// Which impacts throw its particles, if impacts do.
+    pub fn kindled(&self) -> Option<&KindledScene> {
+        match &self.throws {
+            Throws::Effect(effect) => effect.kindled.as_ref(),
+            Throws::Law(_) => None,
         }
     }
 

@@ -3,7 +3,7 @@
 //! prints a plan, a run builds it.
 
 use super::{
-    choose::percent_expected, emit, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
+    choose::percent_expected, emit, kindled, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
     PaintPlan, PaintedBy, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
 };
 use crate::{
@@ -160,7 +160,8 @@ impl Scene {
         works::raise_walls(&self.water, &mut terrain);
         let meshes = self.plan_meshes()?;
         let volume = self.plan_volume(&meshes);
-        let emitters = self.plan_emitters(volume.as_ref())?;
+        let mut emitters = self.plan_emitters(volume.as_ref())?;
+        self.plan_kindled(&solid_first(&meshes), &mut emitters)?;
         let paint = self.plan_paint(&solid_first(&meshes), &emitters, &mut warnings)?;
         let mut plan = Plan {
             waters,
@@ -354,7 +355,8 @@ impl Plan {
         }
         self.list_room_passes(scene);
         for emitter in &self.emitters {
-            emitter.list_steps(scene.output.fps, &mut self.passes);
+            let often = kindled::often(self.volume.as_ref(), scene.output.fps);
+            emitter.list_steps((scene.output.fps, often), &mut self.passes);
         }
         let surface = match (self.has_ground(), scene.output.view) {
             (false, _) if !self.meshes.is_empty() => "meshes",

@@ -2,6 +2,7 @@
 //! `[volume]`: the grid of cells in which particles meet the scene's meshes.
 
 use super::{
+    kindled,
     meshes::MeshPlan,
     parse::{Rule::Within, Table},
     schema::{LENGTH, PLACE},
@@ -166,6 +167,7 @@ pub(super) fn check_together(
     if volume.is_none() && collides {
         root.conflict("emitter", "has the law \"colliding\", and the scene has no [volume] to collide in");
     }
+    kindled::check_together(root, volume.is_some(), emitters, meshes);
     if let Some(i) = meshes.iter().position(|mesh| mesh.map > 0 && !mesh.solid) {
         root.conflict(
             "mesh",

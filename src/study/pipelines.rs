@@ -4,10 +4,11 @@
 
 use super::{bench, black_hole, hard, OnProgress, Progress, Result};
 use crate::{
-    ballistic::{draw::Drawing, Builtin, StoredEffect, StreamedEffect},
+    ballistic::{draw::Drawing, Builtin, Kindling, KindlingInfo, StoredEffect, StreamedEffect},
     disks::{self, draw::DisksDraw, starts, Borders, List, Model, Response, Space},
     draw::{Stage, TerrainGrid},
     gpu::{Gpu, PipelineReport},
+    impact::Stream,
     mesh::Pose,
     particles::{
         black_hole::BlackHole, black_hole_fate::Fates, drag::Drag, kepler_stateless, Compaction, Options,
@@ -169,6 +170,22 @@ fn ballistic(gpu: &Gpu) -> Result<()> {
         if let Some(stage) = &stage {
             Drawing::new(gpu, stage, builtin, Some(&ground))?;
         }
+    }
+    let stream = Stream::new(gpu, 64)?;
+    let info = KindlingInfo {
+        most: 64,
+        burst: 1,
+        life_s: 1.0,
+        least_impulse_mps: 0.0,
+        sources: vec![64],
+        meshes: Vec::new(),
+    };
+    let kindling = Kindling::new(gpu, &stream, &info)?;
+    for (name, spv) in [
+        (c"ballistic.sparks_kindled", shaders::BALLISTIC_SPARKS_KINDLED_COMP),
+        (c"ballistic.dust_kindled", shaders::BALLISTIC_DUST_KINDLED_COMP),
+    ] {
+        kindling.vertices(name, spv, None)?;
     }
     let fire = Builtin::Fire.effect();
     StoredEffect::new(gpu, c"ballistic.fire_emit", shaders::BALLISTIC_FIRE_EMIT_COMP, &fire, 64)?;

@@ -4,6 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod kindled;
 mod pictures;
 mod stored;
 mod time;

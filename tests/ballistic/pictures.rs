@@ -67,6 +67,7 @@ fn effects_are_seen() {
         let (eye_m, target_m, share) = match builtin {
             Builtin::Rain | Builtin::Snow => (vec3(0.0, 6.0, 18.0), vec3(0.0, 5.0, 0.0), 0.02..0.9),
             Builtin::Fireworks => (vec3(0.0, 8.0, 55.0), vec3(0.0, 20.0, 0.0), 0.002..0.7),
+            Builtin::Dust => (vec3(0.0, 4.4, 0.9), vec3(0.0, 4.2, 0.0), 0.002..0.7),
             _ => (vec3(0.0, 7.0, 12.0), vec3(0.0, 6.0, 0.0), 0.002..0.7),
         };
         let shots = pictures(&gpu, builtin, &Camera { eye_m, target_m, fov_rad: 0.9 }, 12.7);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Throughput of closed-form effects: `stateless/materialise` writes a 16-byte vertex a particle; a frame of `stored/append`
-//! or `stored/xfb` reads and writes 32 bytes a particle, and has not placed any yet.
+//! or `stored/xfb` reads and writes 32 bytes a particle, and has not placed any yet. Of `kindled` see there.
 
-use super::{Measured, Suite};
+use super::{kindled, Measured, Suite};
 use crate::{
     ballistic::{
         cpu, stored::Particle, Builtin, Effect, GroundGrid, Materialise, Moment, StoredEffect,
@@ -27,11 +27,16 @@ pub const SUITE: Suite = Suite {
         "stateless/materialise/x4",
         "stored/append",
         "stored/xfb",
+        "kindled/step",
+        "kindled/materialise",
     ],
     sizes: &[1 << 20, 1 << 24, 1 << 26],
     largest_on_cpu: 1 << 20,
     label: |size| size.to_string(),
     run: |gpu, variant, size, effort| {
+        if variant.starts_with("kindled") {
+            return kindled::run(gpu, variant, size, effort);
+        }
         let bytes_per_item = if variant.starts_with("stateless") { 16.0 } else { 64.0 };
         must_be_within(variant, from_twin(gpu, variant)?, ROUNDING)?;
         let timing = time(gpu, variant, &fire(size), effort)?;

@@ -7,6 +7,7 @@ pub mod black_hole;
 mod colliding;
 pub mod disks;
 pub mod draw;
+mod kindled;
 pub mod paint;
 pub mod particles;
 pub mod prims;

@@ -122,8 +122,8 @@ impl Viewer {
     pub(super) fn grasp_at(&mut self, at: Vec2) -> Grasp {
         let ray = self.ray(at);
         let reach = GRASP * self.rig.camera(self.world.camera()).fov_rad / self.height();
-        let angles =
-            self.plan.emitters.iter().enumerate().map(|(i, it)| (ray.angle_to(it.at_m), i, it.at_m.y));
+        let placed = self.plan.emitters.iter().enumerate().filter(|(_, it)| it.has_place());
+        let angles = placed.map(|(i, it)| (ray.angle_to(it.at_m), i, it.at_m.y));
         match angles.min_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((angle, emitter, height_m)) if angle < reach => Grasp::Emitter(emitter, height_m),
             _ => Grasp::Touch,

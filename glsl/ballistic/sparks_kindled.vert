@@ -1,0 +1,9 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define KINDLED_BINDING 8
+#include "draw/view.glsl"
+#include "draw/sprite.glsl"
+#include "ballistic/effect.glsl"
+#include "ballistic/sparks.glsl"
+#include "ballistic/sprite.glsl"
+#include "draw/sprites_vert.glsl"
