@@ -94,7 +94,7 @@ uint slab_bounds(float least, float most) {
 #ifdef NEAR_BINDING
 // What `particles.near` has found. First four bits for the least corner of each cell: how many cells lie between it and the
 // nearest occupied one, the greatest of the three axes counting; one more than was looked at if there is none. Then what is
-// known of the planes of each cell.
+// known of the planes of each cell, and the slab round each of those corners.
 layout(set = 0, binding = NEAR_BINDING, std430) readonly buffer Near { uint near[]; };
 
 int gap_at(uint corner) { return int(near[corner >> 3u] >> (4u * (corner & 7u)) & 15u); }

@@ -1,4 +1,4 @@
-// Whether anything is near the way of a particle: one look at `near`, or two.
+// Whether anything is near the way of a particle: one look at `near`.
 
 vec3 moved(vec3 at_m, vec3 velocity_mps, vec3 pull_mps2, float after_s) {
     precise vec3 to = at_m + (velocity_mps * after_s + pull_mps2 * (0.5 * after_s * after_s));
@@ -43,9 +43,10 @@ int room_of(Box box) {
     return gap_at(cell_index(law.grid, box.corner)) - max(max(out_of.x, out_of.y), out_of.z);
 }
 
-// Whether nothing can be in the way of a particle in this step: a look at how far the nearest occupied cell is from the corner of
-// cells that is nearest to the middle of its way; if that is too near, at the slab round that corner. Two roundings wide, as who is put
-// off for nothing is moved the same.
+// Whether nothing can be in the way of a particle in this step, by one word of the corner of cells that is nearest to the middle of its
+// way: no occupied cell is in reach, or the way is on one side of the slab in which all lies that is met there. Cells are wider than
+// what they hold: of those near occupied ones, two in three pass by. Twice as wide as rounding asks, as who waits for nothing is moved
+// the same.
 bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     float step_s = law_step_s(), per_m = 1.0 / law.grid.cell_m;
     float most_s = max(law.lead_s, abs(step_s - law.lead_s));

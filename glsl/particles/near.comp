@@ -5,7 +5,8 @@
 // other look. (Of a cell's middle it would tell less: most ways are in two cells of an axis.) Axis by axis: along x from the bits of
 // `Occupied`, then the least, over the cells along y and z, of the greater of how far they are and what they have. Behind
 // them two words a cell: which planes are met in it, its own and those it lacks and a cell beside it has, and where they
-// end. An invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
+// end. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is met round it. An
+// invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
 // CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
 #define CELLS_PLANES 1
@@ -13,7 +14,7 @@
 #include "particles/cell_bits.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint axis = 0u;  // 3: planes
+layout(constant_id = 0) const uint axis = 0u;  // 3: planes, 4: slabs
 
 layout(set = 0, binding = 2, std430) readonly buffer From { uint from[]; };  // of the axes before
 layout(set = 0, binding = 3, std430) writeonly buffer Near { uint near[]; };

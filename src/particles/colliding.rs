@@ -267,7 +267,7 @@ impl Surroundings {
         let params = NearParams { cells: grid.cells, reach: self.reach, cell_m: grid.cell_m };
         rec.span(c"particles.near", |rec| {
             for (axis, pass) in (0..).zip(&self.passes) {
-                // The last writes other words than those before it.
+                // Which planes are met depends on no distance.
                 if axis > 0 && axis != Self::PLANES {
                     rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
                 }
@@ -307,7 +307,8 @@ impl Surroundings {
     }
 
     /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then two words a
-    /// cell: which planes are met in it, and where they end.
+    /// cell: which planes are met in it, and where they end; then a word a corner: those four bits again, and a slab in which all
+    /// lies that is met round it.
     pub fn near(&self) -> &Buffer {
         &self.near
     }
