@@ -19,6 +19,7 @@ void main() {
     ring.quad_vertices = 6u * particles;
     ring.points = particles;
     ring.quad_instances = ring.point_instances = 1u;
+    ring.quad_first_vertex = ring.quad_first_instance = ring.point_first_vertex = ring.point_first_instance = 0u;
     uvec2 groups = rows_of((particles + 511u) / 512u), splat = rows_of((particles + 127u) / 128u);
     ring.groups_x = groups.x;
     ring.groups_y = groups.y;

@@ -78,9 +78,9 @@ vec2 bounds_of_slab(uint slab) { return vec2(bitfieldExtract(int(slab), 18, 7), 
 
 uint slab_normal(vec3 sum) {
     vec3 up = sum.z < 0.0 ? -sum : sum;
-    precise float length = (abs(up.x) + abs(up.y)) + up.z;
-    if (!(length > 0.0)) return 0u;
-    precise vec2 sides = vec2(up.x + up.y, up.x - up.y) / length;
+    precise float norm = (abs(up.x) + abs(up.y)) + up.z;
+    if (!(norm > 0.0)) return 0u;
+    precise vec2 sides = vec2(up.x + up.y, up.x - up.y) / norm;
     ivec2 steps = ivec2(roundEven(SLAB_SIDES * clamp(sides, -1.0, 1.0)));
     return (uint(steps.x) & 127u) << 4u | (uint(steps.y) & 127u) << 11u;
 }

@@ -45,8 +45,8 @@ int room_of(Box box) {
 
 // Whether nothing can be in the way of a particle in this step, by one word of the corner of cells that is nearest to the middle of its
 // way: no occupied cell is in reach, or the way is on one side of the slab in which all lies that is met there. Cells are wider than
-// what they hold: of those near occupied ones, two in three pass by. Twice as wide as rounding asks, as who waits for nothing is moved
-// the same.
+// what they hold: of those near occupied ones, two in three pass by. Wider than the sweep by a RIM, for what is rounded
+// otherwise: who waits for nothing is moved the same.
 bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     float step_s = law_step_s(), per_m = 1.0 / law.grid.cell_m;
     float most_s = max(law.lead_s, abs(step_s - law.lead_s));
@@ -55,10 +55,10 @@ bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     vec3 place = ((from_m + half_way) - grid_low_m(law.grid)) * per_m, reach = abs(half_way) * per_m + (pad + bulge);
     ivec3 corner = clamp(ivec3(round(place)), ivec3(0), grid_cells(law.grid) - 1);
     vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
-    float most = max(max(out_of.x, out_of.y), out_of.z);
+    float farthest = max(max(out_of.x, out_of.y), out_of.z);
     uint slab = slab_at(law.grid, cell_index(law.grid, corner));
-    if (float(slab & 15u) > most) return true;
-    if (most < 1.0) {  // in the eight cells round the corner
+    if (float(slab & 15u) > farthest) return true;
+    if (farthest < 1.0) {  // in the eight cells round the corner
         vec3 n = normal_of_slab(slab);
         vec2 lies = bounds_of_slab(slab);
         float middle = dot(n, from_corner);

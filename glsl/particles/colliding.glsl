@@ -6,7 +6,6 @@
 // with u the velocity of the surface. The rest of the step goes on, up to eight impacts. Who has come to rest on a plane is
 // held there: in `held_pull` gravity and friction act along it.
 // CPU twin: particles::cpu_colliding.
-#extension GL_EXT_scalar_block_layout : require  // std430 of uniform blocks
 #include "particles/particle.glsl"
 #define CELLS_OCCUPIED (LAW_BLOCKS + 1)
 #define CELLS_PLANES (LAW_BLOCKS + 2)
@@ -42,7 +41,7 @@ struct CollidingLaw {
     uint seed;            // of the directions
 };
 
-layout(set = 0, binding = LAW_BINDING, std430) uniform Law { CollidingLaw law; };
+layout(set = 0, binding = LAW_BINDING, std140) uniform Law { CollidingLaw law; };
 
 const uint METHOD_SEED = 0u;      // look up the cell it is in, push out and reflect
 const uint METHOD_APPROACH = 1u;  // the same, unless it is leaving

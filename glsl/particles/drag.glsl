@@ -1,7 +1,6 @@
 // Linear drag and a constant pull, in closed form: v' = pull - drag v, exactly, whatever the step.
 //     v(t) = v0 e + pull s,  x(t) = x0 + v0 s + pull (t - s) / drag,  with e = exp(-drag t), s = (1 - e) / drag
 // For a small drag t both differences cancel: there they are series. CPU twin: particles::cpu::Drag.
-#extension GL_EXT_scalar_block_layout : require  // std430 of uniform blocks
 #include "particles/particle.glsl"
 
 // Mirrors `particles::Drag`.
@@ -12,7 +11,7 @@ struct DragLaw {
     float drag_per_s;  // (1/s), 0 or more
 };
 
-layout(set = 0, binding = LAW_BINDING, std430) uniform Law { DragLaw law; };
+layout(set = 0, binding = LAW_BINDING, std140) uniform Law { DragLaw law; };
 
 // (1 - exp(-x)) / x and (x - 1 + exp(-x)) / x^2.
 vec2 faded(float x) {

@@ -134,7 +134,7 @@ Plane met_at(ivec3 cell, uint k) {
     return plane;
 }
 
-// The slab in which all lies that is met in the eight cells round a corner: `is_beside` in collide_look.glsl. Its normal is the
+// The slab in which all lies that is met in the eight cells round a corner: `flies_freely` in collide_look.glsl. Its normal is the
 // mean of the planes'. How far a plane goes along it, no farther than its cell: n.y over all y with m.y = -d and |y| <= h is
 // at most -l d + h |n - l m| (norm 1), whatever l is; n.m is a good one.
 uint slab_round(ivec3 corner) {

@@ -12,7 +12,7 @@ struct Particle {
 //     bool advance(inout Particle particle, float dt_s)
 // which moves a particle by `dt_s`; false: it ends now. Particles are moved in the step of their birth too, by what is left
 // of it. Numbers of the law come from
-//     layout(set = 0, binding = LAW_BINDING, std430) uniform Law { ... };
+//     layout(set = 0, binding = LAW_BINDING, std140) uniform Law { ... };
 // or, if they are an array, from a `readonly buffer`; its specialization constants begin at `constant_id` LAW_CONSTANT, and
 // further blocks at binding LAW_BLOCKS. A law that must know the time or the place declares
 //     uint law_tick();  // at the end of the step

@@ -124,7 +124,8 @@ impl Ring {
         u64::from(self.overwritten_high) << 32 | u64::from(self.overwritten_low)
     }
 
-    /// Impacts that threw nothing, as nobody said where in the order they are; since the start.
+    /// Impacts whose place in the order nobody said, which threw nothing, and those with the place of another, of which one threw
+    /// and which may differ from run to run; since the start, up to 2^31 of each.
     pub fn lost(&self) -> u64 {
         u64::from(self.lost) + u64::from(self.twice)
     }
@@ -178,7 +179,7 @@ impl KindlingInfo {
     pub const MOST: u32 = 1 << 26;
     /// Most particles of a full ring: six vertices of each are counted in 32 bits.
     pub const MOST_PARTICLES: u64 = 1 << 28;
-    /// Most orders of all sources: 32 million particles, 8 bounces each.
+    /// Most orders of all sources: 16 million particles, 16 orders each.
     pub const MOST_ORDERS: u64 = 1 << 28;
 
     /// # Errors

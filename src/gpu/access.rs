@@ -54,10 +54,11 @@ impl Access {
             Self::GraphicsRead => {
                 // Before rasterization: vertex and, where the device has it, geometry shaders.
                 let stages = S::PRE_RASTERIZATION_SHADERS.as_raw() | S::FRAGMENT_SHADER.as_raw();
-                (S::from_raw(stages), A::SHADER_STORAGE_READ)
+                (S::from_raw(stages), both(A::SHADER_STORAGE_READ, A::UNIFORM_READ))
             }
             Self::FragmentReadWrite => {
-                (S::FRAGMENT_SHADER, both(A::SHADER_STORAGE_READ, A::SHADER_STORAGE_WRITE))
+                let reads = both(A::SHADER_STORAGE_READ, A::UNIFORM_READ);
+                (S::FRAGMENT_SHADER, both(reads, A::SHADER_STORAGE_WRITE))
             }
             Self::ColorWrite => {
                 (S::COLOR_ATTACHMENT_OUTPUT, both(A::COLOR_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE))
@@ -74,7 +75,7 @@ impl Access {
                 S::from_raw(S::DRAW_INDIRECT.as_raw() | S::PRE_RASTERIZATION_SHADERS.as_raw()),
                 both(
                     both(A::TRANSFORM_FEEDBACK_COUNTER_READ_EXT, A::INDIRECT_COMMAND_READ),
-                    A::SHADER_STORAGE_READ,
+                    both(A::SHADER_STORAGE_READ, A::UNIFORM_READ),
                 ),
             ),
             Self::CopyRead => (S::COPY, A::TRANSFER_READ),

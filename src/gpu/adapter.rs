@@ -154,7 +154,6 @@ impl Adapter {
         unsafe { instance.get_physical_device_features2(self.physical, &mut features) };
         let base = features.features;
         let needed = [
-            ("uniformBufferStandardLayout", v12.uniform_buffer_standard_layout),
             ("synchronization2", v13.synchronization2 | three.synchronization2.synchronization2),
             ("dynamicRendering", v13.dynamic_rendering | three.dynamic_rendering.dynamic_rendering),
             ("maintenance4", v13.maintenance4 | three.maintenance4.maintenance4),

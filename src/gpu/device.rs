@@ -34,8 +34,7 @@ pub struct External<'a> {
     pub instance: &'a ash::Instance,
     /// The device that `device` was made from.
     pub physical: vk::PhysicalDevice,
-    /// Made with the features `synchronization2`, `dynamicRendering` and `maintenance4`, and `uniformBufferStandardLayout` if
-    /// pools of particles are to run on it.
+    /// Made with the features `synchronization2`, `dynamicRendering` and `maintenance4`.
     pub device: &'a ash::Device,
     /// A queue with compute, and with graphics if something is to be drawn.
     pub queue: vk::Queue,
@@ -157,7 +156,6 @@ impl Gpu {
             .shader_int64(has_wide_atomics);
         let has_layers = adapter.has("shaderOutputLayer");
         let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
-            .uniform_buffer_standard_layout(true)
             .shader_buffer_int64_atomics(has_wide_atomics)
             .shader_output_layer(has_layers)
             .shader_output_viewport_index(has_layers);

@@ -32,7 +32,7 @@ pub struct Struct {
 pub struct Block {
     /// Name of the block, or of the image.
     pub name: String,
-    /// Storage buffer or storage image.
+    /// Storage or uniform buffer, or storage image.
     pub kind: vk::DescriptorType,
     /// How the shader touches it.
     pub access: &'static str,

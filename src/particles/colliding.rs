@@ -134,6 +134,9 @@ impl Colliding {
             let allowed = format!("{} m, or four times what rounding does, to {most} m", least);
             return invalid("radius_m", self.radius_m.to_string(), allowed);
         }
+        if !(self.slack_m >= 0.0) {
+            return invalid("slack_m", self.slack_m.to_string(), "0 or more".into());
+        }
         let all = [self.gravity_mps2, self.emitter_m];
         if let Some(bad) = all.iter().find(|it| !it.is_finite()) {
             return invalid("gravity_mps2, emitter_m", bad.to_string(), "finite".into());

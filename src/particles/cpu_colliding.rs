@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Twin of `glsl/particles/{colliding,collide_look,colliding_flight,collide_sweep,collide_seed}.glsl`, without `may_enter`: what
-//! that leaves out is never met.
+//! that leaves out is never met. Whether it flies freely is asked of boxes alone, as `near` bits have it: whom slabs let by meets
+//! nothing, which a test asks of [`Law::passes`].
 
-pub use super::cpu_near::{near, slab};
+pub use super::cpu_near::{met_in, near, slab};
 use super::{
     colliding::{Colliding, Method},
     cpu_near::{bit, cell_of_met, dotted, gap, known, met_of, sides_of},
@@ -151,6 +152,33 @@ impl Law<'_> {
             it.born = self.tick;
         }
         true
+    }
+
+    /// Twin of `flies_freely`, of a particle whose step is no longer than the law's.
+    pub fn passes(&self, it: &Particle, dt_s: f32) -> bool {
+        let (law, grid) = (self.law, &self.law.grid);
+        let (step, per_m) = (self.step_s, 1.0 / grid.cell_m);
+        let most_s = law.lead_s.max((step - law.lead_s).abs());
+        let pad = ((law.radius_m + law.slack_m) + law.surface_mps * most_s) * per_m + 2.0 * RIM;
+        let bulge = law.gravity_mps2.abs() * (0.125 * step * step * per_m);
+        let half_way = 0.5 * (moved(it.at_m, it.velocity_mps, law.gravity_mps2, dt_s) - it.at_m);
+        let place = ((it.at_m + half_way) - Vec3::from(grid.low_m)) * per_m;
+        let reach = half_way.abs() * per_m + (pad + bulge);
+        let cells = UVec3::from(grid.cells).as_ivec3();
+        let corner = place.round().as_ivec3().clamp(IVec3::ZERO, cells - 1);
+        let from_corner = place - corner.as_vec3();
+        let farthest = (from_corner.abs() + reach).max_element();
+        let i = grid.index(corner).expect("in the grid");
+        if gap(self.scene.near, i) as f32 > farthest {
+            return true;
+        }
+        if farthest < 1.0 {
+            let (n, [low, high]) = slab(self.scene.near, grid.count(), i);
+            let middle = n.dot(from_corner);
+            let along = n.dot(half_way).abs() * per_m + n.abs().dot(bulge) + pad * n.length();
+            return middle - along > high || middle + along < low;
+        }
+        (place + reach).cmplt(Vec3::ZERO).any() || (place - reach).cmpgt(cells.as_vec3()).any()
     }
 
     fn plane(&self, cell: usize, slot: usize) -> Plane {

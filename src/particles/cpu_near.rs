@@ -51,6 +51,12 @@ pub fn slab(near: &[u32], count: usize, corner: usize) -> (Vec3, [f32; 2]) {
     (normal_of_slab([a, b]), [low, high].map(|bound| bound / SLAB_STEPS))
 }
 
+/// Planes that are met in an occupied cell: the cell that each is stored in, and the slot there.
+pub fn met_in(grid: &Grid, near: &[u32], cell: IVec3) -> Vec<(IVec3, usize)> {
+    let bits = grid.index(cell).map_or(0, |i| met_of(known(near, grid.count(), i)));
+    (0..14).filter(|k| bits >> k & 1 != 0).map(|k| (cell_of_met(cell, k), k & 1)).collect()
+}
+
 fn normal_of_slab(sides: [f32; 2]) -> Vec3 {
     let [a, b] = sides.map(|side| side / SLAB_SIDES);
     let (x, y) = (0.5 * (a + b), 0.5 * (a - b));

@@ -162,7 +162,7 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
 /// What is met round a corner of cells, in f64, lies in the slab that is known there; and of a level ground that slab is thin.
 #[test]
 fn a_slab_holds_all_that_lies_round_a_corner() {
-    let (grid, mut looked) = (grid(), 0);
+    let (grid, mut looked, mut lent) = (grid(), 0, 0);
     for (triangles, thickest) in [(mixed(), 2.1), (ground(-0.61), 0.03)] {
         let read = fill(&grid, &triangles);
         let near = cpu_colliding::near(&grid, &read.occupied, &read.planes, 2);
@@ -175,13 +175,15 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                 let Some(i) = grid.index(cell).filter(|i| read.occupied[i / 32] >> (i % 32) & 1 != 0) else {
                     continue;
                 };
-                for plane in read.planes[2 * i..][..2].iter().filter(|it| it.triangle != 0) {
+                for (stored, slot) in cpu_colliding::met_in(&grid, &near, cell) {
+                    let plane = read.planes[2 * grid.index(stored).unwrap() + slot];
                     let m = Vec3::from(plane.normal).as_dvec3();
+                    let away = f64::from(plane.distance_m / grid.cell_m) + m.dot((cell - stored).as_dvec3());
                     for s in 0..40 {
                         // From the middle of the cell, in cells.
                         let y = 0.5 * Vec3::from_slice(&units(70 + s, i as u32)[..3]).as_dvec3();
-                        let y = y - m * (m.dot(y) + f64::from(plane.distance_m / grid.cell_m));
-                        if y.abs().max_element() > 0.5 {
+                        let y = y - m * (m.dot(y) + away);
+                        if y.abs().max_element() > 0.501 {
                             continue;
                         }
                         let along = n.dot(y + 0.5 + (cell - grid.cell(corner)).as_dvec3());
@@ -190,13 +192,51 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                             low - 1e-5 <= along && along <= high + 1e-5,
                             "{corner} {cell}: {along}, {low} to {high}"
                         );
+                        lent += u32::from(stored != cell);
                         looked += 1;
                     }
                 }
             }
         }
     }
-    assert!(looked > 10_000, "{looked}");
+    assert!(looked > 10_000 && lent > 100, "{looked} points, {lent} on planes of cells beside");
+}
+
+/// Whom the one look lets by meets nothing, at any speed, in a scene whose planes move, also in a part of a step.
+#[test]
+fn who_passes_the_look_meets_nothing() {
+    let (grid, read) = (grid(), fill(&grid(), &mixed()));
+    let near = cpu_colliding::near(&grid, &read.occupied, &read.planes, 3);
+    let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
+    let (mut passed, mut beside, mut met) = (0, 0, 0);
+    for (radius_m, speed_mps, lead_s) in
+        [(0.01, 1.0, 0.0), (0.03, 4.0, DT_S as f32), (0.05, 2.0, 0.0), (0.2, 8.0, 0.0)]
+    {
+        let law = Colliding { surface_mps: 0.5, lead_s, ..Colliding::new(grid, radius_m) };
+        let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
+        for (i, start) in crowd(20_000, speed_mps).into_iter().enumerate() {
+            let dt_s = if i % 3 == 0 { 0.3 * DT_S as f32 } else { DT_S as f32 };
+            let (mut it, mut impacts) = (start, Vec::new());
+            twin.advance(&mut it, dt_s, 0, &mut impacts);
+            let flown = start.at_m + (start.velocity_mps * dt_s + law.gravity_mps2 * (0.5 * dt_s * dt_s));
+            let is_met = !impacts.is_empty() || it.at_m != flown;
+            let passes = twin.passes(&start, dt_s);
+            assert!(
+                !(passes && is_met),
+                "{radius_m} m: {start:?} met {impacts:?}, is at {} and not {flown}",
+                it.at_m
+            );
+            let corner = ((start.at_m - Vec3::from(grid.low_m)) / grid.cell_m).round().as_ivec3();
+            let is_near = grid.index(corner).is_some_and(|i| near[i / 8] >> (4 * (i % 8)) & 15 == 0);
+            passed += u32::from(passes);
+            beside += u32::from(passes && is_near);
+            met += u32::from(is_met);
+        }
+    }
+    assert!(
+        passed > 20_000 && beside > 2000 && met > 1000,
+        "{passed} pass, {beside} near a cell, {met} meet"
+    );
 }
 
 fn energy(it: &Particle, floor_m: f64) -> f64 {
