@@ -17,6 +17,7 @@
 //! | `ballistic.count`      | counters                 | counters        |                    |
 //! | `ballistic.stream`     | list                     | list            | [`cpu::age_of`]    |
 //! | `ballistic.fall`       | falls                    | times           | [`cpu::fall_time`] |
+//! | `ballistic.EFFECT_land` | effect, ground          | impacts, count  | [`land::landings`] |
 //!
 //! Left out: collisions among particles and with meshes, and forces that depend on the place: those need a state, and
 //! steps.
@@ -26,6 +27,7 @@ pub mod draw;
 mod effect;
 mod emission;
 mod ground;
+pub mod land;
 pub mod stateless;
 pub mod stored;
 pub mod stream;
@@ -34,6 +36,7 @@ pub use draw::Drawing;
 pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
 pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;
+pub use land::{Land, LandParams, Landing};
 pub use stateless::{Counts, Materialise, Vertex, Vertices};
 pub use stored::StoredEffect;
 pub use stream::StreamedEffect;
@@ -96,6 +99,15 @@ impl Builtin {
     pub fn effect(self) -> Effect {
         let (file, text) = self.file();
         Effect::parse(file, text).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// SPIR-V of its landings, if it has a ground.
+    pub fn landing(self) -> Option<&'static [u8]> {
+        match self {
+            Self::Rain => Some(shaders::BALLISTIC_RAIN_LAND_COMP),
+            Self::Snow => Some(shaders::BALLISTIC_SNOW_LAND_COMP),
+            Self::Fire | Self::Smoke | Self::Sparks | Self::Fireworks => None,
+        }
     }
 
     /// Its kernel.
