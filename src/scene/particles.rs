@@ -9,6 +9,7 @@ use super::{
         Table,
     },
     schema::{LENGTH, PLACE},
+    splash,
 };
 use crate::{
     ballistic::{self, Emission},
@@ -70,6 +71,9 @@ pub struct EffectScene {
     pub exposure_s: Option<f32>,
     /// Factor of all sizes.
     pub size: Option<f32>,
+    /// Most impacts of a step, 1..=16384, of an effect with a ground; `None` makes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impacts: Option<u32>,
 }
 
 /// A law and its numbers, and how its particles look.
@@ -273,6 +277,7 @@ fn emitter(
 }
 
 fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
+    splash::check_effect(table, file);
     EffectScene {
         file: file.to_owned(),
         burst: table.maybe("burst", Within(1.0, 65536.0)),
@@ -282,6 +287,7 @@ fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
         circle_turns_per_s: table.maybe("circle_turns_per_s", Within(-1e3, 1e3)),
         exposure_s: table.maybe("exposure_s", Within(0.0, 10.0)),
         size: table.maybe("size", Within(1e-6, 1e6)),
+        impacts: splash::impacts(table),
     }
 }
 
