@@ -4,10 +4,11 @@
 
 use super::{bench, black_hole, hard, OnProgress, Progress, Result};
 use crate::{
-    ballistic::{draw::Drawing, Builtin, StoredEffect, StreamedEffect},
+    ballistic::{draw::Drawing, Builtin, GroundGrid, Land, Landing, StoredEffect, StreamedEffect},
     disks::{self, draw::DisksDraw, starts, Borders, List, Model, Response, Space},
     draw::{Stage, TerrainGrid},
     gpu::{Gpu, PipelineReport},
+    impact::Stream,
     mesh::Pose,
     particles::{
         black_hole::BlackHole, black_hole_fate::Fates, drag::Drag, kepler_stateless, Compaction, Options,
@@ -19,8 +20,8 @@ use crate::{
     shaders,
     water::{
         draw::{Drawn, Look, SurfaceDraw},
-        Absorb, Bodies, Book, Disturb, Fourth, Fused, FusedTuning, Halves, Pipes, PipesTuning, Shallow, Tier,
-        Tuning, Walls, Waves, Wet,
+        Absorb, Bodies, Book, Disturb, Fourth, Fused, FusedTuning, Halves, Pipes, PipesTuning, Shallow,
+        Splash, Tier, Tuning, Walls, Waves, Wet,
     },
 };
 use glam::{uvec2, vec2, UVec2, Vec3};
@@ -110,6 +111,7 @@ fn water(gpu: &Gpu) -> Result<()> {
     Wet::new(gpu, Tier::Wet.tuning(gpu, LARGE))?;
     Shallow::new(gpu, Tier::Shallow.tuning(gpu, LARGE))?;
     Disturb::new(gpu)?;
+    Splash::new(gpu)?;
     Bodies::new(gpu)?;
     Absorb::new(gpu)?;
     Ok(())
@@ -163,9 +165,15 @@ fn particles(gpu: &Gpu) -> Result<()> {
 
 fn ballistic(gpu: &Gpu) -> Result<()> {
     let ground = gpu.upload("ballistic.ground_m", &[0f32; 4])?;
+    let stream = Stream::new(gpu, 64)?;
     let stage = if gpu.has_graphics() { Some(Stage::new(gpu, uvec2(64, 64), None)?) } else { None };
     for builtin in Builtin::ALL {
         builtin.materialise(gpu)?;
+        if let Some(spv) = builtin.landing() {
+            let landing = Landing { effect: builtin.effect(), source: 0 };
+            let of = (c"ballistic.land", spv);
+            Land::new(gpu, of, landing, (0, 0), (&ground, &GroundGrid::FLAT), &stream)?;
+        }
         if let Some(stage) = &stage {
             Drawing::new(gpu, stage, builtin, Some(&ground))?;
         }

@@ -10,6 +10,7 @@ pub mod draw;
 pub mod paint;
 pub mod particles;
 pub mod prims;
+pub mod ripples;
 pub mod volume;
 pub mod water;
 
@@ -71,6 +72,7 @@ const SUITES: &[Suite] = &[
     volume::SUITE,
     paint::SUITE,
     colliding::SUITE,
+    ripples::SUITE,
     prims::SUITE,
 ];
 
