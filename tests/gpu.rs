@@ -103,12 +103,30 @@ fn water_structs() {
             interface(spv),
             "DisturbParams" == water::DisturbParams { cells, pitch, stride, cell_m, limit_m, has_velocity }
         );
+    }
+    for spv in [shaders::WATER_WEIGH_COMP, shaders::WATER_DISTURB_COMP, shaders::WATER_SPLASH_COMP] {
         assert_layout!(
             interface(spv),
             "Disturbance"
-                == water::Disturbance { at_m, radius_m, volume_m3, push_m3ps, scale, reserved0, reserved1 }
+                == water::Disturbance { at_m, radius_m, volume_m3, push_m3ps, scale, tied, reserved }
         );
     }
+    assert_layout!(
+        interface(shaders::WATER_SPLASH_COMP),
+        "SplashParams"
+            == water::SplashParams {
+                cells,
+                pitch,
+                stride,
+                corner_m,
+                cell_m,
+                radius_m,
+                volume_m3,
+                push_m2,
+                items,
+                reserved
+            }
+    );
     assert_layout!(
         interface(shaders::WATER_WEIGH_COMP),
         "Counters" == water::Counts { applied, rejected, missed }

@@ -9,19 +9,22 @@
 #include "ballistic/kindled.glsl"
 #else
 
-// Where the emitter was when something was born that is `age` old now.
-vec3 emitter_at(Wide age) {
-    vec3 at = effect.emitter_m.xyz;
+// Where an emitter that is at `at_m` and, on its circle, at `turn` was `age` ago. w: radius of the circle.
+vec3 emitter_before(vec4 at_m, float turn, Wide age) {
+    vec3 at = at_m.xyz;
     if (effect.emitter_mps.xyz != vec3(0.0)) {
         precise vec3 moved = at - age.high * effect.emitter_mps.xyz;
         at = moved;
     }
-    if (effect.emitter_m.w == 0.0) return at;
-    precise float turns = effect.emitter_mps.w - age.high * effect.turns_per_s;
+    if (at_m.w == 0.0) return at;
+    precise float turns = turn - age.high * effect.turns_per_s;
     vec2 way = cos_sin_of_turn(turns - floor(turns));
-    precise vec3 circled = at + effect.emitter_m.w * vec3(way.x, 0.0, way.y);
+    precise vec3 circled = at + at_m.w * vec3(way.x, 0.0, way.y);
     return circled;
 }
+
+// Where the emitter was when something was born that is `age` old now.
+vec3 emitter_at(Wide age) { return emitter_before(effect.emitter_m, effect.emitter_mps.w, age); }
 
 // Who particle i is, and its age.
 Wide age_of_particle(uint i, out Who who) {

@@ -19,6 +19,22 @@ float ground_height(vec2 xz_m) {
     return max(height, effect.water_m);
 }
 
+// Of ground_height, unit, upwards.
+vec3 ground_normal(vec2 xz_m) {
+    if (ground_height(xz_m) <= effect.water_m) return vec3(0.0, 1.0, 0.0);
+    precise vec2 grid = (xz_m / effect.ground_size_m + 0.5) * vec2(effect.ground_cells) - 0.5;
+    vec2 at = clamp(grid, vec2(0.0), vec2(effect.ground_cells - 1u));
+    ivec2 c = ivec2(at);
+    precise vec2 f = at - vec2(c), samples_a_m = vec2(effect.ground_cells) / effect.ground_size_m;
+    float here = ground_sample(c), east = ground_sample(c + ivec2(1, 0));
+    float north = ground_sample(c + ivec2(0, 1)), across = ground_sample(c + ivec2(1, 1));
+    precise float along_x = (east - here) * (1.0 - f.y) + (across - north) * f.y;
+    precise float along_z = (north - here) * (1.0 - f.x) + (across - east) * f.x;
+    precise float x = along_x * samples_a_m.x, z = along_z * samples_a_m.y;
+    precise float length = sqrt(1.0 + (x * x + z * z));
+    return vec3(-x / length, 1.0 / length, -z / length);
+}
+
 // Age at which a flight from `birth` meets the ground (s), 1e30 if it does not fall. It falls to the level under its start
 // first, then to the one under where that was, and so on: what is left is the last change of level over the speed of fall,
 // and each round multiplies it by the slope of the ground over the slope of the flight. Drag moves the time that gravity

@@ -21,6 +21,7 @@ shared uint reaches[BATCH / 32u];
 void main() {
     ivec2 tile_lo = ivec2(gl_WorkGroupID.xy * TILE), c = ivec2(gl_GlobalInvocationID.xy);
     uint lane = gl_LocalInvocationIndex, listed = min(count, uint(items.length()));
+    if (listed == 0u) return;
     bool is_mine = all(lessThan(c, ivec2(p.cells)));
     uint i = (uint(c.y) * p.pitch + uint(c.x)) * p.stride;
     is_mine = is_mine && height_m[i] != LAND_M;

@@ -7,8 +7,8 @@ struct Disturbance {
     float volume_m3;  // added to the water (m^3)
     float push_m3ps;  // added to the rate at which the surface rises (m^3/s)
     float scale;      // 1 / (area of a column x sum of the weights), written by water.weigh: 0 = rejected (1/m^2)
-    uint reserved0;
-    uint reserved1;
+    uint tied;        // 1: it is refused if the one before it in the list is
+    uint reserved;
 };
 
 // Mirrors `water::DisturbParams`.

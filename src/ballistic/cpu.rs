@@ -3,7 +3,7 @@
 
 use super::{effect::Params, Builtin};
 use crate::random::{bits, cos_sin_of_turn, direction_of, units};
-use glam::{dvec3, vec3, DVec3, Vec3};
+use glam::{dvec3, vec3, DVec3, Vec3, Vec4};
 
 /// A number in two floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -252,15 +252,20 @@ pub fn velocity_f64(v0_mps: DVec3, a_mps2: DVec3, age_s: f64, drag: f64) -> DVec
     v0_mps * keep + a_mps2 * v
 }
 
-/// Where the emitter was when something was born that is `age` old now.
-pub fn emitter_at(p: &Params, age: Wide) -> Vec3 {
-    let at = p.emitter_m.truncate() - age.high * p.emitter_mps.truncate();
-    if p.emitter_m.w == 0.0 {
+/// Where an emitter that is at `at_m` and, on its circle of radius `at_m.w`, at `turn` was `age` ago.
+pub fn emitter_before(p: &Params, at_m: Vec4, turn: f32, age: Wide) -> Vec3 {
+    let at = at_m.truncate() - age.high * p.emitter_mps.truncate();
+    if at_m.w == 0.0 {
         return at;
     }
-    let turns = p.emitter_mps.w - age.high * p.turns_per_s;
+    let turns = turn - age.high * p.turns_per_s;
     let way = cos_sin_of_turn(turns - turns.floor());
-    at + p.emitter_m.w * vec3(way.x, 0.0, way.y)
+    at + at_m.w * vec3(way.x, 0.0, way.y)
+}
+
+/// Where the emitter was when something was born that is `age` old now.
+pub fn emitter_at(p: &Params, age: Wide) -> Vec3 {
+    emitter_before(p, p.emitter_m, p.emitter_mps.w, age)
 }
 
 /// `birth` of each built-in effect.
@@ -352,7 +357,7 @@ pub fn birth_f64(effect: Builtin, p: &Params, who: Who, emitter_m: DVec3) -> Bir
 }
 
 /// What `look` moves: snow sways, and a splash stands on the ground.
-fn moved(effect: Builtin, p: &Params, who: Who, f: &Flight) -> Vec3 {
+pub(super) fn moved(effect: Builtin, p: &Params, who: Who, f: &Flight) -> Vec3 {
     match effect {
         Builtin::Snow => {
             let [a, b, ..] = chance(p, who, 1);

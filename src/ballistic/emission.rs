@@ -85,6 +85,14 @@ impl Emission {
         Live { newest, births: newest + 1 - gone.map_or(0, |gone| gone + 1) }
     }
 
+    /// Serial numbers of the births that may end between the two moments, as [`Emission::born`] has them: some that have
+    /// lived a little longer are among them, so that who goes by rounded lives misses none.
+    pub fn ending(self, after: Option<Moment>, by: Moment) -> Range<u64> {
+        let longest = self.life + (self.life >> 16) + 1;
+        let before = after.and_then(|after| after.ticks.checked_sub(longest));
+        self.born(before.map(|ticks| Moment { ticks }), by)
+    }
+
     /// The most that live at one moment.
     pub fn most(self) -> u64 {
         (u128::from(self.life) * u128::from(self.rate)).div_ceil(BIRTH) as u64

@@ -8,7 +8,7 @@ use super::{
     },
     effect::Params,
 };
-use glam::{dvec2, dvec3, vec2, vec3, DVec2, Vec2};
+use glam::{dvec2, dvec3, vec2, vec3, DVec2, Vec2, Vec3};
 
 /// Heights of the samples of [`Params::ground_cells`], row by row from -z (m).
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,24 @@ impl Ground<'_> {
         let sample = |x, z| f64::from(self.sample(p, x, z));
         let row = |z| sample(x, z) * (1.0 - f.x) + sample(x + 1, z) * f.x;
         (row(z) * (1.0 - f.y) + row(z + 1) * f.y).max(f64::from(p.water_m))
+    }
+
+    /// Of [`Ground::height`], unit, upwards.
+    pub fn normal(&self, p: &Params, xz_m: Vec2) -> Vec3 {
+        if self.height(p, xz_m) <= p.water_m {
+            return Vec3::Y;
+        }
+        let cells = p.ground_cells.as_vec2();
+        let grid = (xz_m / p.ground_size_m + 0.5) * cells - 0.5;
+        let at = grid.clamp(Vec2::ZERO, cells - 1.0);
+        let (x, z) = (at.x as i32, at.y as i32);
+        let (f, samples_a_m) = (at - vec2(x as f32, z as f32), cells / p.ground_size_m);
+        let [here, east] = [0, 1].map(|i| self.sample(p, x + i, z));
+        let [north, across] = [0, 1].map(|i| self.sample(p, x + i, z + 1));
+        let along_x = ((east - here) * (1.0 - f.y) + (across - north) * f.y) * samples_a_m.x;
+        let along_z = ((north - here) * (1.0 - f.x) + (across - east) * f.x) * samples_a_m.y;
+        let length = (1.0 + (along_x * along_x + along_z * along_z)).sqrt();
+        vec3(-along_x / length, 1.0 / length, -along_z / length)
     }
 
     /// Age at which a flight meets the ground (s), 1e30 if it does not fall.

@@ -22,6 +22,7 @@
 //! | `ballistic.kindle`     | impacts, marks, ring     | ring            | [`cpu_kindled::Kept::step`] |
 //! | `ballistic.living`     | ring                     | ring            | [`cpu_kindled::Kept::living`] |
 //! | `ballistic.EFFECT_kindled` | ring, ground if any  | vertices        | [`cpu_kindled::Kept::flight`] |
+//! | `ballistic.EFFECT_land` | effect, ground          | impacts, count  | [`land::landings`] |
 //!
 //! Left out: collisions among particles and with meshes, and forces that depend on the place: those need a state, and
 //! steps.
@@ -33,6 +34,7 @@ mod effect;
 mod emission;
 mod ground;
 pub mod kindled;
+pub mod land;
 pub mod stateless;
 pub mod stored;
 pub mod stream;
@@ -42,6 +44,7 @@ pub use effect::{BadEffect, Blend, Effect, Emitter, GroundGrid, Params};
 pub use emission::{Emission, Live, Moment};
 pub use ground::Ground;
 pub use kindled::{Kindling, KindlingInfo};
+pub use land::{Land, LandParams, Landing};
 pub use stateless::{Counts, Materialise, Vertex, Vertices};
 pub use stored::StoredEffect;
 pub use stream::StreamedEffect;
@@ -107,6 +110,15 @@ impl Builtin {
     pub fn effect(self) -> Effect {
         let (file, text) = self.file();
         Effect::parse(file, text).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// SPIR-V of its landings, if it has a ground.
+    pub fn landing(self) -> Option<&'static [u8]> {
+        match self {
+            Self::Rain => Some(shaders::BALLISTIC_RAIN_LAND_COMP),
+            Self::Snow => Some(shaders::BALLISTIC_SNOW_LAND_COMP),
+            Self::Fire | Self::Smoke | Self::Sparks | Self::Fireworks | Self::Dust => None,
+        }
     }
 
     /// Its kernel.

@@ -5,7 +5,7 @@ use super::{
     kindled::Kindled,
     live::Counters,
     room::Volume,
-    source::{Drawn, Flow, Source},
+    source::{seed_of, Drawn, Flow, Source},
     stats::EmitterStats,
     swarm::Swarm,
     RunError,
@@ -57,7 +57,7 @@ impl Emitters {
             splats,
             draws: plans.iter().any(|it| matches!(it.draw, Draw::Quads | Draw::Geometry)),
             ground: Some((ground.0.clone(), ground.1)),
-            seed: (seed ^ seed >> 32) as u32,
+            seed: seed_of(seed),
         };
         for (plan, stream) in plans.iter().zip(0..) {
             made.sources.push(made.source(gpu, stage, around, plan, stream)?);

@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-use super::{basin::Basin, checkpoint::fnv, falls::Falls, live::Counters, stats::WaterStats, RunError};
+use super::{
+    basin::Basin,
+    checkpoint::fnv,
+    falls::Falls,
+    live::Counters,
+    splashes::{Drops, Ripples},
+    stats::WaterStats,
+    RunError,
+};
 use crate::{
+    ballistic::Moment,
     clock::FixedStep,
     draw::Stage,
-    gpu::{Access, Gpu, Recorder},
+    gpu::{Access, Buffer, Gpu, Recorder},
     scene::{self, WaterPlan, WaterScene},
     water::{
         self as sim,
@@ -12,7 +21,7 @@ use crate::{
         Disturbances,
     },
 };
-use glam::{dvec3, DVec3, UVec2, Vec2};
+use glam::{dvec3, DVec3, UVec2, Vec2, Vec3};
 
 /// Slope of the ripples that a grid is too coarse for, in the shaded look.
 const RIPPLE: f32 = 0.035;
@@ -35,25 +44,27 @@ struct Fleet {
     list: BodyList,
 }
 
-/// For what falls into a basin, or is thrown.
-fn list_of(
-    gpu: &Gpu,
-    basin: &Basin,
-    cells: UVec2,
-    cell_m: f64,
-    depth_m: f64,
-) -> Result<(Disturbances, DisturbParams), sim::Error> {
-    let (surface, velocities) = (basin.surface(), basin.velocities());
-    let params = DisturbParams {
+/// How a basin is disturbed.
+fn disturb_params(basin: &Basin, cells: UVec2, cell_m: f64, depth_m: f64) -> DisturbParams {
+    let surface = basin.surface();
+    DisturbParams {
         cells,
         pitch: surface.pitch,
         stride: surface.stride,
         cell_m: cell_m as f32,
         // A wave higher than the water is deep is beyond the model by far.
         limit_m: (4.0 * depth_m).max(10.0) as f32,
-        has_velocity: u32::from(velocities[0].is_some()),
-    };
-    Ok((Disturb::new(gpu)?.list_of(basin.surfaces(), velocities, scene::DISTURBANCES)?, params))
+        has_velocity: u32::from(basin.velocities()[0].is_some()),
+    }
+}
+
+/// For what falls into a basin, or is thrown.
+fn list_of(
+    gpu: &Gpu,
+    basin: &Basin,
+    params: DisturbParams,
+) -> Result<(Disturbances, DisturbParams), sim::Error> {
+    Ok((Disturb::new(gpu)?.list_of(basin.surfaces(), basin.velocities(), scene::DISTURBANCES)?, params))
 }
 
 /// One water of a scene, on the GPU.
@@ -64,6 +75,8 @@ pub(super) struct Lake {
     clock: FixedStep,
     falls: Falls,
     list: Option<(Disturbances, DisturbParams)>,
+    /// What lands in it.
+    ripples: Vec<Ripples>,
     fleet: Option<Fleet>,
     absorbing: Option<Absorbing>,
     draw: SurfaceDraw,
@@ -89,6 +102,7 @@ impl Lake {
         plan: &WaterPlan,
         look: Look,
         (seed, stream): (u64, u64),
+        ground_m: Option<&Buffer>,
     ) -> Result<Self, sim::Error> {
         let simulation = &plan.simulation;
         let (cells, cell_m, dt_s) = (simulation.cells(), simulation.cell_m(), simulation.dt_s());
@@ -96,7 +110,14 @@ impl Lake {
         let surface = basin.surface();
         let (pitch, stride) = (surface.pitch, surface.stride);
         let depth_m = water.depth_m;
-        let list = plan.is_disturbed.then(|| list_of(gpu, &basin, cells, cell_m, depth_m)).transpose()?;
+        let disturb = disturb_params(&basin, cells, cell_m, depth_m);
+        let list = plan.is_disturbed.then(|| list_of(gpu, &basin, disturb)).transpose()?;
+        let ripples = plan.splashes.iter().zip(&water.splashes).map(|(plan, scene)| {
+            let ground_m = ground_m.expect("a scene whose drops land has a ground");
+            let drops = Drops { water, plan, from: &scene.from, ground_m, seed };
+            Ripples::new(gpu, &drops, basin.surfaces(), basin.velocities(), disturb)
+        });
+        let ripples = ripples.collect::<Result<_, _>>()?;
         let fleet = if plan.bodies.is_empty() {
             None
         } else {
@@ -123,6 +144,7 @@ impl Lake {
             clock: FixedStep::new(dt_s, plan.most_steps),
             falls: Falls::new(water, seed, stream, dt_s),
             list,
+            ripples,
             draw: SurfaceDraw::new(gpu, stage, &basin.drawn(water.foam), look)?,
             surface: SurfaceParams {
                 cells,
@@ -171,6 +193,7 @@ impl Lake {
         let mut step = first;
         while step < end {
             self.record_falls(rec, step)?;
+            self.record_landings(rec, step);
             if let Some(fleet) = &self.fleet {
                 fleet.list.record(rec, &self.basin.surface(), (step - first) as u32);
                 rec.barrier(Bodies::EXIT, Access::ComputeReadWrite);
@@ -190,7 +213,7 @@ impl Lake {
 
     /// The first step after `step` before which something touches the water, `end` at the latest.
     fn next_touch(&self, step: u64, end: u64) -> u64 {
-        if self.fleet.is_some() || self.absorbing.is_some() {
+        if self.fleet.is_some() || self.absorbing.is_some() || !self.ripples.is_empty() {
             return step + 1;
         }
         if self.list.is_none() {
@@ -233,12 +256,27 @@ impl Lake {
         Ok(())
     }
 
+    /// What lands in a step, on the clock of the scene: where the water has lost time, its steps are as much later.
+    fn record_landings(&self, rec: &mut Recorder<'_>, step: u64) {
+        let lost_s = self.clock.lost_s();
+        let end = |steps: u64| Moment::from_s(steps as f64 * self.clock.dt_s() + lost_s);
+        let after = (step > 0).then(|| end(step));
+        for ripples in &self.ripples {
+            ripples.record(rec, &self.basin.surface(), after, end(step + 1));
+        }
+    }
+
+    /// What emitter number `emitter` throws comes from another place from now on.
+    pub fn move_emitter(&mut self, emitter: usize, at_m: Vec3) {
+        self.ripples.iter_mut().for_each(|it| it.move_emitter(emitter, at_m));
+    }
+
     /// Throws something in before the next step, `at_m` from the corner of the grid: a push of `radius_m` where the
     /// surface has a velocity of its own, a displacement to the side elsewhere, and water over ground that may fall dry.
     pub fn throw(&mut self, gpu: &Gpu, at_m: Vec2, radius_m: f32) -> Result<(), sim::Error> {
         if self.list.is_none() {
-            let (cells, cell_m) = (self.surface.cells, self.cell_m().into());
-            self.list = Some(list_of(gpu, &self.basin, cells, cell_m, self.depth_m)?);
+            let params = disturb_params(&self.basin, self.surface.cells, self.cell_m().into(), self.depth_m);
+            self.list = Some(list_of(gpu, &self.basin, params)?);
         }
         let area_m2 = std::f32::consts::PI * radius_m * radius_m;
         let depth_m = self.depth_m as f32;
@@ -359,6 +397,12 @@ impl Lake {
             list.push(("missed", counts.missed.into()));
             list.push(("dropped", self.not_listed));
         }
+        for ripples in &self.ripples {
+            let stats = ripples.stats()?;
+            list.push(("rings", stats.taken));
+            list.push(("drops missed", stats.missed));
+            list.push(("drops dropped", stats.dropped));
+        }
         Ok(Counters { name: self.name.clone(), counts: list })
     }
 
@@ -371,6 +415,8 @@ impl Lake {
     pub fn stats(&self, gpu: &Gpu) -> Result<WaterStats, sim::Error> {
         let tally = self.basin.tally(gpu, self.depth_m)?;
         let counts = self.list.as_ref().map_or(Ok(Counts::default()), |(list, _)| list.counts())?;
+        let splashes = self.ripples.iter().map(Ripples::stats).collect::<Result<Vec<_>, _>>()?;
+        let splashed_m3: f64 = splashes.iter().map(|it| it.volume_m3).sum();
         let start_energy = self.start_energy.filter(|&energy| energy > 0.0);
         Ok(WaterStats {
             name: self.name.clone(),
@@ -380,7 +426,7 @@ impl Lake {
             lost_s: self.clock.lost_s(),
             volume_at_rest_m3: tally.at_rest_m3,
             volume_gain_m3: tally.gain_m3 - self.start_gain_m3,
-            volume_given_m3: self.given_m3 + self.basin.rained_m3(),
+            volume_given_m3: self.given_m3 + self.basin.rained_m3() + splashed_m3,
             energy_relative: tally.energy.zip(start_energy).map(|(energy, start)| energy / start),
             lowest_m: tally.between_m.map(|[lowest, _]| lowest),
             highest_m: tally.between_m.map(|[_, highest]| highest),
@@ -389,6 +435,7 @@ impl Lake {
             disturbances_rejected: counts.rejected.into(),
             disturbances_missed: counts.missed.into(),
             disturbances_dropped: self.not_listed,
+            splashes,
             state_hash: format!("{:016x}", self.hash(gpu)?),
         })
     }

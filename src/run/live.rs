@@ -101,6 +101,7 @@ impl World {
         }
         // Everything is made before anything is replaced.
         let look = world::look_of(scene);
+        let ground_m = world::ground_of(gpu, &self.stage, plan)?;
         let mut lakes = Vec::new();
         for (i, (water, planned)) in scene.water.iter().zip(&plan.waters).enumerate() {
             let is_same = self.scene.water.get(i) == Some(water) && old.waters.get(i) == Some(planned);
@@ -108,7 +109,7 @@ impl World {
                 true => None,
                 false => {
                     let of = (scene.seed, i as u64);
-                    let mut lake = Lake::new(gpu, &self.stage, water, planned, look, of)?;
+                    let mut lake = Lake::new(gpu, &self.stage, water, planned, look, of, ground_m.as_ref())?;
                     if let Some(was) = self.scene.water.get(i).filter(|was| goes_on(was, water)) {
                         debug_assert_eq!(was.cells, water.cells);
                         lake.go_on_from(gpu, &self.lakes[i])?;
@@ -137,8 +138,9 @@ impl World {
             || water_m(scene) != water_m(&self.scene);
         let mut left = Left::default();
         if is_other_set {
+            let around = world::around(&self.room);
             let mut emitters =
-                world::emitters_of(gpu, &mut self.stage, scene, plan, world::around(&self.room))?;
+                world::emitters_of(gpu, &mut self.stage, scene, plan, ground_m.as_ref(), around)?;
             emitters.go_on_from(&self.emitters)?;
             left.emitters = Some(std::mem::replace(&mut self.emitters, emitters));
         } else {
@@ -255,6 +257,7 @@ impl World {
     /// Throws from another place from now on (m).
     pub fn move_emitter(&mut self, emitter: usize, at_m: Vec3) {
         self.emitters.move_to(emitter, at_m);
+        self.lakes.iter_mut().for_each(|lake| lake.move_emitter(emitter, at_m));
     }
 
     /// Counters of every simulation. Waits for the device, and reads few words.

@@ -16,6 +16,7 @@ mod live;
 pub mod picture;
 mod room;
 mod source;
+mod splashes;
 pub mod stats;
 pub mod swarm;
 pub mod trace;

@@ -14,6 +14,11 @@ use crate::{
 };
 use std::ffi::CStr;
 
+/// The seed of a scene, as effects have it.
+pub(super) fn seed_of(scene: u64) -> u32 {
+    (scene ^ scene >> 32) as u32
+}
+
 /// The shaders of one emitter's sprites, bound.
 pub(super) enum Drawn {
     Triangles(Sprites),

@@ -111,8 +111,30 @@ pub struct WaterStats {
     pub disturbances_missed: u64,
     /// Did not fit in the list.
     pub disturbances_dropped: u64,
+    /// What rippled it, since the start (of this run, where it went on from another).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub splashes: Vec<SplashStats>,
     /// Of the state at the end.
     pub state_hash: String,
+}
+
+/// What became of the drops of an emitter that ripples a water.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SplashStats {
+    /// The emitter.
+    pub from: String,
+    /// Drops that have landed, in the water or not.
+    pub landed: u64,
+    /// Of them, in the water: each is a ring.
+    pub taken: u64,
+    /// On land, or outside.
+    pub missed: u64,
+    /// For which there was no room in their step: they ripple nothing.
+    pub dropped: u64,
+    /// Disturbances, one or two a drop, that were not finite or absurd.
+    pub rejected: u64,
+    /// Water that they brought (m^3).
+    pub volume_m3: f64,
 }
 
 /// What became of the particles of one emitter.

@@ -12,9 +12,8 @@ use super::{
     RunError,
 };
 use crate::{
-    ballistic::GroundGrid,
     draw::{shadow::Shadow, Camera, Layers, Stage, View},
-    gpu::{self, Gpu, HostTime, Recorder, Submitter},
+    gpu::{self, Buffer, Gpu, HostTime, Recorder, Submitter},
     scene::{self, Plan, Scene},
     water::{self, draw::Look},
 };
@@ -65,11 +64,14 @@ impl World {
             }
             false => None,
         };
+        let ground_m = ground_of(gpu, &stage, plan)?;
         let lakes = scene.water.iter().zip(&plan.waters).zip(0..);
         let lakes = lakes
-            .map(|((water, plan), stream)| Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream)))
+            .map(|((water, plan), stream)| {
+                Lake::new(gpu, &stage, water, plan, look, (scene.seed, stream), ground_m.as_ref())
+            })
             .collect::<Result<_, _>>()?;
-        let emitters = emitters_of(gpu, &mut stage, scene, plan, around(&room))?;
+        let emitters = emitters_of(gpu, &mut stage, scene, plan, ground_m.as_ref(), around(&room))?;
         let gases =
             scene.disks.iter().map(|it| Gas::new(gpu, &stage, it, scene)).collect::<Result<_, _>>()?;
         let lamp = lamp_of(plan);
@@ -329,21 +331,25 @@ pub(super) fn lamp_of(plan: &Plan) -> Option<(Vec3, Vec3)> {
     plan.emitters.iter().find_map(|it| Some((it.at_m, it.light?)))
 }
 
+/// Samples of what drops fall on; `None` if nothing is thrown.
+pub(super) fn ground_of(gpu: &Gpu, stage: &Stage, plan: &Plan) -> Result<Option<Buffer>, RunError> {
+    if plan.emitters.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(match stage.terrain() {
+        Some(terrain) => terrain.height().clone(),
+        None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
+    }))
+}
+
 pub(super) fn emitters_of(
     gpu: &Gpu,
     stage: &mut Stage,
     scene: &Scene,
     plan: &Plan,
+    ground_m: Option<&Buffer>,
     around: Around<'_>,
 ) -> Result<Emitters, RunError> {
-    if plan.emitters.is_empty() {
-        return Ok(Emitters::none());
-    }
-    let height = match stage.terrain() {
-        Some(terrain) => terrain.height().clone(),
-        None => gpu.upload("draw.terrain_m", &plan.terrain.height_m)?,
-    };
-    let water_m = scene.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
-    let grid = GroundGrid { size_m: plan.terrain.size_m, cells: plan.terrain.cells, water_m };
-    Emitters::new(gpu, stage, &plan.emitters, (&height, grid), around, scene.seed)
+    let Some(ground_m) = ground_m else { return Ok(Emitters::none()) };
+    Emitters::new(gpu, stage, &plan.emitters, (ground_m, plan.grid), around, scene.seed)
 }

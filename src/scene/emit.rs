@@ -307,6 +307,14 @@ impl Scene {
         Ok((effect, compile(file, &before, &text, &after, stage)?.into()))
     }
 
+    /// What lands of an effect in a file.
+    pub(super) fn compile_landing(&self, file: &str) -> Result<Spv, SceneError> {
+        let before =
+            "#define EFFECT_BINDING 2\n#define GROUND_BINDING 3\n#include \"ballistic/effect.glsl\"\n";
+        let after = "#include \"ballistic/land.glsl\"\n";
+        Ok(compile(file, before, &self.read_glsl(file)?, after, glsl::Stage::Compute)?.into())
+    }
+
     fn law(
         &self,
         emitter: &EmitterScene,

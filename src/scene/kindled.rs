@@ -63,6 +63,12 @@ pub(super) fn kindled(table: &mut Table<'_>) -> Option<KindledScene> {
             table.conflict(key, why);
         }
     }
+    if is_kindled && table.has("impacts") {
+        table.conflict(
+            "impacts",
+            "is given beside from = \"impacts\"; where what they throw lands, nobody is told",
+        );
+    }
     kindled
 }
 

@@ -10,6 +10,7 @@ use super::{
         Table,
     },
     schema::{LENGTH, PLACE},
+    splash,
 };
 use crate::{
     ballistic::{self, Emission},
@@ -74,6 +75,9 @@ pub struct EffectScene {
     /// Of births from impacts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kindled: Option<KindledScene>,
+    /// Most impacts of a step, 1..=16384, of an effect with a ground; `None` makes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impacts: Option<u32>,
 }
 
 /// A law and its numbers, and how its particles look.
@@ -277,6 +281,7 @@ fn emitter(
 }
 
 fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
+    splash::check_effect(table, file);
     EffectScene {
         file: file.to_owned(),
         burst: table.maybe("burst", Within(1.0, 65536.0)),
@@ -287,6 +292,7 @@ fn effect(table: &mut Table<'_>, file: &str) -> EffectScene {
         exposure_s: table.maybe("exposure_s", Within(0.0, 10.0)),
         size: table.maybe("size", Within(1e-6, 1e6)),
         kindled: kindled::kindled(table),
+        impacts: splash::impacts(table),
     }
 }
 

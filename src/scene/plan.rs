@@ -4,9 +4,10 @@
 
 use super::{
     choose::percent_expected, emit, kindled, particles::Draw, works, EmitterPlan, Heightmap, MeshPlan, Model,
-    PaintPlan, PaintedBy, Scene, SceneError, Simulation, View, VolumePlan, WaterScene,
+    PaintPlan, PaintedBy, Scene, SceneError, Simulation, SplashPlan, View, VolumePlan, WaterScene,
 };
 use crate::{
+    ballistic::GroundGrid,
     draw::{shadow::Shadow, TerrainGrid},
     water,
 };
@@ -39,6 +40,8 @@ pub struct WaterPlan {
     pub most_steps: u32,
     /// Something falls into it.
     pub is_disturbed: bool,
+    /// What ripples it without the host in between.
+    pub splashes: Vec<SplashPlan>,
     /// Borders that waves leave through, if there are any.
     pub absorbing: Option<water::Borders>,
     /// Bodies that move through it, in the world's coordinates.
@@ -60,6 +63,8 @@ pub struct Plan {
     pub paint: Option<PaintPlan>,
     /// The heightmap, or a flat bed under the water.
     pub terrain: TerrainGrid,
+    /// It, and the highest water on it: what effects land on.
+    pub grid: GroundGrid,
     /// Whether the scene has a heightmap.
     pub has_terrain: bool,
     /// Whether it has spheres, which stand on ground.
@@ -100,6 +105,7 @@ impl WaterScene {
             steps_per_picture,
             most_steps: self.max_catch_up_steps.unwrap_or(8.max((2.0 * steps_per_picture).ceil() as u32)),
             is_disturbed: self.is_disturbed(),
+            splashes: Vec::new(), // of what the emitters land on: Scene::plan
             absorbing: self.absorbing(),
             bodies: self.fleet(),
             simulation,
@@ -120,7 +126,7 @@ impl Scene {
     /// If the heightmap cannot be used.
     pub fn plan(&self) -> Result<Plan, SceneError> {
         let ground = self.terrain_heights()?;
-        let waters: Vec<_> = self
+        let mut waters: Vec<_> = self
             .water
             .iter()
             .map(|water| water.plan(self.output.fps, ground.as_ref()))
@@ -162,6 +168,12 @@ impl Scene {
         let volume = self.plan_volume(&meshes);
         let mut emitters = self.plan_emitters(volume.as_ref())?;
         self.plan_kindled(&solid_first(&meshes), &mut emitters)?;
+        let water_m = self.water.iter().map(|it| it.level_m).fold(f32::NEG_INFINITY, f32::max);
+        let grid = GroundGrid { size_m: terrain.size_m, cells: terrain.cells, water_m };
+        for (water, scene) in waters.iter_mut().zip(&self.water) {
+            water.splashes = self.plan_splashes(scene, &emitters, grid)?;
+        }
+        self.warn_of_impacts(&mut warnings);
         let paint = self.plan_paint(&solid_first(&meshes), &emitters, &mut warnings)?;
         let mut plan = Plan {
             waters,
@@ -170,6 +182,7 @@ impl Scene {
             volume,
             paint,
             terrain,
+            grid,
             has_terrain,
             has_spheres: self.disks.iter().any(|it| it.space == crate::disks::Space::Solid),
             warnings,
@@ -262,6 +275,9 @@ impl Plan {
         for emitter in &self.emitters {
             emitter.list_buffers(scene.output.size.map(u64::from).iter().product(), &mut list);
         }
+        for water in &self.waters {
+            water.splashes.iter().for_each(|it| it.list_buffers(&water.name, &mut list));
+        }
         self.meshes.iter().for_each(|mesh| mesh.list_buffers(&mut list));
         if let Some(volume) = &self.volume {
             volume.list_buffers(self.paint.as_ref(), &mut list);
@@ -342,6 +358,10 @@ impl Plan {
             }
             if water.absorbing.is_some() {
                 self.passes.push(("water.absorb".into(), water.steps_per_picture));
+            }
+            if !water.splashes.is_empty() {
+                let list = "ballistic.land, impact.close, water.splash, .weigh, .disturb (what lands)";
+                self.passes.push((list.into(), water.steps_per_picture * water.splashes.len() as f64));
             }
             if water.is_disturbed {
                 self.passes.push((

@@ -16,8 +16,8 @@ use super::{
         Rule::{AtLeastZero, Within},
         Table,
     },
-    particles, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource, View,
-    WaterScene,
+    particles, splash, volume, water_table, Camera, Output, Override, Scene, SceneError, Sun, TerrainSource,
+    View, WaterScene,
 };
 
 /// Lengths and places (m): beyond them f32 has no columns left.
@@ -53,6 +53,7 @@ pub(super) fn scene(
     let meshes = meshes::meshes(&mut table);
     let volume = table.table("volume").map(volume::volume);
     let paint = table.table("paint").map(paint::paint);
+    splash::check_together(&mut table, &emitters);
     volume::check_together(&mut table, (volume.as_ref(), paint.as_ref()), &meshes, &emitters, output.view);
     // A water that could not be read has been reported already.
     let is_empty = water.is_empty() && emitters.is_empty() && disks.is_empty() && meshes.is_empty();

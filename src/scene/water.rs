@@ -2,6 +2,7 @@
 //! What a scene says of a water, with defaults filled in and every value within its range.
 
 use super::{
+    splash::SplashScene,
     works::{Body, Borders, Wall},
     Choice,
 };
@@ -56,6 +57,9 @@ pub struct WaterScene {
     pub drops: Vec<Drop>,
     /// Random disturbances, and what falls evenly.
     pub rain: Option<Rain>,
+    /// Impacts that ripple it.
+    #[serde(rename = "splash", skip_serializing_if = "Vec::is_empty")]
+    pub splashes: Vec<SplashScene>,
     /// Springs and drains.
     #[serde(rename = "source")]
     pub sources: Vec<Source>,

@@ -9,7 +9,7 @@ use super::{
         Table,
     },
     schema::{LENGTH, PLACE},
-    works, Choice, Drop, Model, Output, Rain, Source, Start, TerrainSource, Walls, WaterScene,
+    splash, works, Choice, Drop, Model, Output, Rain, Source, Start, TerrainSource, Walls, WaterScene,
 };
 use crate::clock::FixedStep;
 
@@ -63,6 +63,9 @@ pub(super) fn water(
     let depth_m = table.number("depth_m", LENGTH);
     let start = table.table("start").map_or(Start::Flat, |table| start(table, cells));
     let gravity_mps2 = table.maybe("gravity_mps2", Within(1e-6, 1e6)).unwrap_or(9.81);
+    let splashes: Vec<_> =
+        table.tables("splash").into_iter().map(|table| splash::splash(table, column_m)).collect();
+    let is_asked: Vec<bool> = splashes.iter().map(|(_, brings)| *brings).collect();
     let limits = ["deepest_m", "fastest_mps", "thin_m"].map(|key| table.has(key));
     let deepest_m = table.maybe("deepest_m", LENGTH).unwrap_or(depth_m + f64::from(start.highest_m()));
     let mut water = WaterScene {
@@ -89,6 +92,7 @@ pub(super) fn water(
         start,
         drops: table.tables("drop").into_iter().map(drop).collect(),
         rain: table.table("rain").map(rain),
+        splashes: splashes.into_iter().map(|(splash, _)| splash).collect(),
         sources: table.tables("source").into_iter().map(source).collect(),
         borders: works::borders(&mut table),
         absorb_width_m: table.maybe("absorb_width_m", LENGTH),
@@ -101,6 +105,7 @@ pub(super) fn water(
         let span_s = f64::from(output.frames - 1) / output.fps;
         match choose(&mut water, &wishes, span_s, output.fps) {
             Ok(()) => {
+                splash::settle(&mut water, &is_asked);
                 check_step(&table, &water, output.fps);
                 works::check(&table, &water);
                 check_limits(&table, &water, limits);

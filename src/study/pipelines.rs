@@ -4,7 +4,10 @@
 
 use super::{bench, black_hole, hard, OnProgress, Progress, Result};
 use crate::{
-    ballistic::{draw::Drawing, Builtin, Kindling, KindlingInfo, StoredEffect, StreamedEffect},
+    ballistic::{
+        draw::Drawing, Builtin, GroundGrid, Kindling, KindlingInfo, Land, Landing, StoredEffect,
+        StreamedEffect,
+    },
     disks::{self, draw::DisksDraw, starts, Borders, List, Model, Response, Space},
     draw::{Stage, TerrainGrid},
     gpu::{Gpu, PipelineReport},
@@ -20,8 +23,8 @@ use crate::{
     shaders,
     water::{
         draw::{Drawn, Look, SurfaceDraw},
-        Absorb, Bodies, Book, Disturb, Fourth, Fused, FusedTuning, Halves, Pipes, PipesTuning, Shallow, Tier,
-        Tuning, Walls, Waves, Wet,
+        Absorb, Bodies, Book, Disturb, Fourth, Fused, FusedTuning, Halves, Pipes, PipesTuning, Shallow,
+        Splash, Tier, Tuning, Walls, Waves, Wet,
     },
 };
 use glam::{uvec2, vec2, UVec2, Vec3};
@@ -111,6 +114,7 @@ fn water(gpu: &Gpu) -> Result<()> {
     Wet::new(gpu, Tier::Wet.tuning(gpu, LARGE))?;
     Shallow::new(gpu, Tier::Shallow.tuning(gpu, LARGE))?;
     Disturb::new(gpu)?;
+    Splash::new(gpu)?;
     Bodies::new(gpu)?;
     Absorb::new(gpu)?;
     Ok(())
@@ -164,9 +168,15 @@ fn particles(gpu: &Gpu) -> Result<()> {
 
 fn ballistic(gpu: &Gpu) -> Result<()> {
     let ground = gpu.upload("ballistic.ground_m", &[0f32; 4])?;
+    let stream = Stream::new(gpu, 64)?;
     let stage = if gpu.has_graphics() { Some(Stage::new(gpu, uvec2(64, 64), None)?) } else { None };
     for builtin in Builtin::ALL {
         builtin.materialise(gpu)?;
+        if let Some(spv) = builtin.landing() {
+            let landing = Landing { effect: builtin.effect(), source: 0 };
+            let of = (c"ballistic.land", spv);
+            Land::new(gpu, of, landing, (0, 0), (&ground, &GroundGrid::FLAT), &stream)?;
+        }
         if let Some(stage) = &stage {
             Drawing::new(gpu, stage, builtin, Some(&ground))?;
         }

@@ -23,10 +23,10 @@ pub struct Disturbance {
     pub push_m3ps: f32,
     /// Written by `water.weigh` (1/m^2).
     pub scale: f32,
+    /// 1: it is refused if the one before it in the list is; its disc holds that one's.
+    pub tied: u32,
     /// Unused.
-    pub reserved0: u32,
-    /// Unused.
-    pub reserved1: u32,
+    pub reserved: u32,
 }
 
 /// Push constants: `DisturbParams` in `glsl/water/disturb.glsl`.
@@ -149,7 +149,7 @@ impl Disturb {
     }
 }
 
-const HEADER_BYTES: usize = 16;
+pub(super) const HEADER_BYTES: usize = 16;
 
 /// A surface that the kernels are bound to.
 struct Target {
@@ -175,15 +175,32 @@ impl Disturbances {
     /// If `surface` is not one of the two that the list was made for, or `params` are of another grid, or of a velocity
     /// that there is not.
     pub fn record(&self, rec: &mut Recorder<'_>, surface: &Surface<'_>, params: &DisturbParams) {
-        let bound = self.bound.iter().find(|target| target.height.is(surface.height_m));
-        let Target { has_velocity, weigh, apply, .. } = bound.expect("a surface that the list was made for");
-        let (asked, there) =
-            ((params.cells, params.pitch, params.stride), (surface.cells, surface.pitch, surface.stride));
-        assert_eq!(asked, there, "grid of the parameters and of the surface");
-        assert!(*has_velocity || params.has_velocity == 0, "the surface has no velocity");
+        let Target { weigh, apply, .. } = self.target(surface, params);
         rec.span(c"water.weigh", |rec| rec.dispatch(weigh, [64 * self.capacity, 1, 1], params));
         rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
         rec.span(c"water.disturb", |rec| rec.dispatch(apply, [params.cells.x, params.cells.y, 1], params));
+    }
+
+    /// The same of a list that a kernel has filled, whose header has the dispatch: count, 1, 1. It is visible to
+    /// [`Access::IndirectRead`] as well.
+    ///
+    /// # Panics
+    /// As [`Disturbances::record`].
+    pub fn record_listed(&self, rec: &mut Recorder<'_>, surface: &Surface<'_>, params: &DisturbParams) {
+        let Target { weigh, apply, .. } = self.target(surface, params);
+        rec.span(c"water.weigh", |rec| rec.dispatch_indirect(weigh, &self.list, 0, params));
+        rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
+        rec.span(c"water.disturb", |rec| rec.dispatch(apply, [params.cells.x, params.cells.y, 1], params));
+    }
+
+    fn target(&self, surface: &Surface<'_>, params: &DisturbParams) -> &Target {
+        let bound = self.bound.iter().find(|target| target.height.is(surface.height_m));
+        let target = bound.expect("a surface that the list was made for");
+        let (asked, there) =
+            ((params.cells, params.pitch, params.stride), (surface.cells, surface.pitch, surface.stride));
+        assert_eq!(asked, there, "grid of the parameters and of the surface");
+        assert!(target.has_velocity || params.has_velocity == 0, "the surface has no velocity");
+        target
     }
 
     /// A staging buffer with up to [`Disturbances::capacity`] of `items`, to be copied over [`Disturbances::list`], and

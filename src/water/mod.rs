@@ -22,6 +22,7 @@
 //! | `water.body`          | poses                                 | height                  | [`cpu_bodies::body`]     |
 //! | `water.weigh`         | height, disturbances                  | disturbances, counters  | [`cpu_disturb::weigh`]   |
 //! | `water.disturb`       | disturbances                          | height, velocity        | [`cpu_disturb::disturb`] |
+//! | `water.splash`        | impacts, height                       | disturbances, counters  | [`cpu_splash::splash`]   |
 //!
 //! [`book`], [`waves`], [`fused`] and [`pipes`] solve the linear wave equation `h_tt + gamma h_t = c^2 laplace(h)` on a grid
 //! of square columns in a closed
@@ -44,6 +45,7 @@ pub mod cpu_bodies;
 pub mod cpu_disturb;
 pub mod cpu_fourth;
 pub mod cpu_pipes;
+pub mod cpu_splash;
 pub mod cpu_wet;
 pub mod dam;
 pub mod depth;
@@ -56,6 +58,7 @@ pub mod oracle;
 pub mod pipes;
 pub mod planes;
 pub mod shallow;
+pub mod splash;
 pub mod starts;
 mod tiles;
 pub mod waves;
@@ -72,6 +75,7 @@ pub use halves::{Halves, HalvesState};
 pub use pipes::{Pipes, PipesState, PipesTuning};
 pub use planes::Planes;
 pub use shallow::Shallow;
+pub use splash::{Splash, SplashCounts, SplashParams, Splashing};
 pub use waves::{Tuning, Waves, WavesState};
 pub use wet::Wet;
 

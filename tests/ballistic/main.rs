@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod kindled;
+mod land;
 mod pictures;
 mod stored;
 mod time;
@@ -12,7 +13,7 @@ mod time;
 use common::{gpu, TestGpu};
 use glam::{uvec2, vec2, DVec3, Vec3};
 use whitecap::{
-    ballistic::{cpu, Builtin, Effect, Ground, GroundGrid, Moment, Params, Vertex},
+    ballistic::{cpu, Builtin, Effect, Ground, GroundGrid, LandParams, Moment, Params, Vertex},
     shaders,
 };
 
@@ -375,5 +376,13 @@ fn the_struct_of_an_effect_is_laid_out_as_the_shaders_declare() {
         ];
         assert_eq!(fields, want, "{name}");
         assert_eq!((glsl.bytes, size_of::<Params>()), (128, 128), "{name}");
+        let Some(glsl) = interface.structs.get("Landing") else { continue };
+        let fields: Vec<_> = glsl.members.iter().map(|m| (m.name.as_str(), m.offset)).collect();
+        macro_rules! landing { ($($field:ident),* $(,)?) => { [$((stringify!($field), offset_of!(LandParams, $field))),*] } }
+        let want = landing![
+            emitter_m, from_s, to_s, turn, epoch, epoch_high, first, particles, before, source, reserved
+        ];
+        assert_eq!(fields, want, "{name}");
+        assert_eq!((glsl.bytes, size_of::<LandParams>()), (64, 64), "{name}");
     }
 }

@@ -136,12 +136,15 @@ fn values_that_do_not_go_together_are_conflicts() {
 fn what_a_model_cannot_do_is_refused_with_the_models_that_can() {
     let push = "[[water.drop]]\nat_m = [0, 0]\nradius_m = 1\npush_m3ps = 1";
     let rain = "[water.rain]\nmm_per_h = 10";
+    let splash = "[[water.splash]]\nfrom = 'rain'\ndrop_radius_m = 0.02\nradius_m = 1\nbrings = 'momentum'\n\
+                  [[emitter]]\neffect = 'rain'\nimpacts = 100";
     let body = "[[water.body]]\nshape = 'sphere'\nradius_m = 1\npath = [[0, 1, 2, 3]]";
     let wall = "[[water.wall]]\nfrom_m = [0, 0]\nto_m = [1, 1]";
     let table: &[(&str, &str, &[&str])] = &[
         (push, "drop", &["waves"]),
         (&push.replace("[[water.drop]]\nat_m = [0, 0]", "[water.rain]\ndrops_per_s = 1"), "rain", &["waves"]),
         (rain, "rain", &["wet", "shallow"]),
+        (splash, "splash", &["waves"]),
         ("borders = 'absorb'", "borders", &["waves"]),
         (wall, "wall", &["waves", "pipes", "wet", "shallow"]),
         (body, "body", &["book", "waves", "pipes"]),

@@ -11,6 +11,7 @@ mod fourth;
 mod fused;
 mod halves;
 mod pipes;
+mod splash;
 mod waves;
 
 use common::TestGpu;

@@ -81,6 +81,7 @@ pub(super) fn waves_of(water: &WaterScene) -> Vec<Wave> {
     list.extend(water.drops.iter().map(|drop| bell(drop.radius_m, drop.volume_m3, drop.push_m3ps)));
     let rain = water.rain.iter().filter(|rain| rain.drops_per_s > 0.0);
     list.extend(rain.map(|rain| bell(rain.radius_m, rain.volume_m3, rain.push_m3ps)));
+    list.extend(water.splashes.iter().map(|it| bell(it.radius_m, it.drop_m3() as f32, 0.0)));
     list.extend(water.bodies.iter().map(|body| wake(body, water)));
     list
 }

@@ -46,6 +46,12 @@ pub(super) fn lacks(variant: &Variant, water: &WaterScene, wishes: &Wishes) -> V
         &[Wet, Shallow],
         "no land for mm_per_h to fall on",
     );
+    needs(
+        water.splashes.iter().any(|it| it.brings.has_momentum()),
+        "splash",
+        &[Waves],
+        "no velocity of the surface for momentum to push",
+    );
     needs(water.borders.any_absorbs(), "borders", &[Waves], "no velocity of the surface to damp");
     needs(!water.barriers.is_empty(), "wall", &[Waves, Pipes, Wet, Shallow], "the whole grid as its basin");
     needs(

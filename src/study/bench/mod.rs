@@ -11,6 +11,7 @@ mod kindled;
 pub mod paint;
 pub mod particles;
 pub mod prims;
+pub mod ripples;
 pub mod volume;
 pub mod water;
 
@@ -72,6 +73,7 @@ const SUITES: &[Suite] = &[
     volume::SUITE,
     paint::SUITE,
     colliding::SUITE,
+    ripples::SUITE,
     prims::SUITE,
 ];
 
