@@ -400,6 +400,10 @@ fn what_does_not_go_with_births_from_impacts_is_named() {
             &format!("emitter.1.{key} is given beside from = \"impacts\"; impacts say when and where"),
         );
     }
+    one(
+        &format!("{room}{chips}impacts = 8\n"),
+        "emitter.1.impacts is given beside from = \"impacts\"; where what they throw lands",
+    );
     one("[[emitter]]\neffect = 'dust'\nmost = 3\n", "emitter.0.most needs from = \"impacts\"");
     one("[[emitter]]\neffect = 'dust'\non = ['block']\n", "emitter.0.on needs from = \"impacts\"");
     one("[[emitter]]\neffect = 'dust'\nfrom = 'rain'\n", "emitter.0.from is 'rain'; allowed: \"impacts\"");

@@ -134,14 +134,12 @@ impl Colliding {
             let allowed = format!("{} m, or four times what rounding does, to {most} m", least);
             return invalid("radius_m", self.radius_m.to_string(), allowed);
         }
-        if !(self.slack_m >= 0.0) {
-            return invalid("slack_m", self.slack_m.to_string(), "0 or more".into());
-        }
         let all = [self.gravity_mps2, self.emitter_m];
         if let Some(bad) = all.iter().find(|it| !it.is_finite()) {
             return invalid("gravity_mps2, emitter_m", bad.to_string(), "finite".into());
         }
         for (key, value, most) in [
+            ("slack_m", self.slack_m, 1e6),
             ("restitution", self.restitution, 1.0),
             ("friction", self.friction, 1e6),
             ("surface_mps", self.surface_mps, 1e6),
@@ -167,14 +165,9 @@ impl Colliding {
         (((far + pad) / self.grid.cell_m).ceil() as u32).clamp(1, Surroundings::MOST_REACH)
     }
 
-    /// Of the pool's own kernel, which tells who flies freely: on a GPU each invocation takes a particle, where shorter laws
-    /// take two (an H200: 0.54 ms and not 0.59 for 16 M in free flight).
+    /// Of the pool's own kernel, which only tells who flies freely: as for any short law.
     pub fn options(gpu: &Gpu) -> Options {
-        let mut options = Options::for_device(gpu);
-        if !gpu.adapter().is_software() {
-            options.tuning.items = 1;
-        }
-        options
+        Options::for_device(gpu)
     }
 
     /// The kernel of a method.

@@ -29,7 +29,7 @@ pub const SUITE: Suite = Suite {
     sim: "particles",
     variants: &[
         "colliding/free",
-        "colliding/free/256x2",
+        "colliding/free/256x1",
         "colliding/free/seed",
         "colliding/busy",
         "colliding/busy/dda1",
