@@ -4,7 +4,7 @@
 //! Nothing is stored, so the steps are whoever asks for them: those of a water that the drops fall into. Each particle lands
 //! in just one of steps that follow each other, however long they are. Ages in floats, from the end of each step, would not
 //! see to that, as two steps round them differently. So times are counted from an epoch, a birth whose number is a multiple
-//! of [`Landing::EPOCH`]'s: of a particle all that the comparison goes by is a function of its number alone, and the end of
+//! of a power of two: of a particle all that the comparison goes by is a function of its number alone, and the end of
 //! one step is the begin of the next, to the bit.
 
 use super::{

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Throughput of the law `colliding`: a room with a torus in it, elastic and without gravity. `free`: 128 cells a side, nine
-//! of ten particles have nothing in the way; `busy`: 24 cells, a third is at a wall or the torus. Counted is a whole step:
+//! Throughput of the law `colliding`: a room with a torus in it, elastic and without gravity. `free`: 128 cells a side, 99
+//! of 100 particles have nothing in the way; `busy`: 24 cells, a twelfth is close to a wall or the torus. Counted is a whole step:
 //! births, law, and the end of the impact stream. After a second of simulation all begin again where they began, since a
 //! method that leaks would else empty its room while it is timed. `near/REACH`: what a change of the scene costs beside,
 //! an item a cell of a cube of them.
