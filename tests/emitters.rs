@@ -213,7 +213,15 @@ fn scenes() -> Vec<Scene> {
         tiny("black_hole", &["emitter.0.rate_per_s=100"]),
         tiny("binary_hole", &["emitter.0.rate_per_s=100", "emitter.1.rate_per_s=100"]),
         tiny("campfire", &[]),
-        tiny("rain", &["emitter.0.rate_per_s=100", "water.0.cells=[64, 64]", "water.0.splash.0.radius_m=3"]),
+        tiny(
+            "rain",
+            &[
+                "emitter.0.rate_per_s=100",
+                "emitter.1.rate_per_s=100",
+                "water.0.cells=[64, 64]",
+                "water.0.splash.0.radius_m=3",
+            ],
+        ),
         tiny(
             "fireworks",
             &["water.0.cells=[64, 64]", "emitter.0.burst=100", "output.fps=1", "output.frames=4"],
