@@ -54,9 +54,10 @@ void main() {
     Birth start = birth(who, emitter_before(p.emitter_m, p.turn, Wide(-since.high, -since.low)));
 
     float end = ground_hit(start);
-    float share = (start.delay_s + end) * effect.lives_per_s;
+    if (!(end > 0.0)) return;  // it began in the ground
+    float delay_s = max(start.delay_s, 0.0), share = (delay_s + end) * effect.lives_per_s;
     if (!(share < 1.0)) return;  // gone before, or never down
-    Wide landed = later(later(since, start.delay_s), end);
+    Wide landed = later(later(since, delay_s), end);
     if (!is_after(landed, p.from_s) || is_after(landed, p.to_s)) return;
 
     Reach r = reach_of(Wide(end, 0.0), effect.acceleration.w);

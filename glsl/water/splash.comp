@@ -51,6 +51,20 @@ bool is_over_water(vec3 at_m) {
     return height_m[(uint(c.y) * p.pitch + uint(c.x)) * p.stride] != LAND_M;
 }
 
+// Whether land lies within the square of the outer bell. Bells know nothing of what is between their columns, and would move
+// water through a wall: a drop so near it brings its volume alone.
+bool is_by_land(vec2 from_corner_m) {
+    float reach_m = 2.0 * p.radius_m;
+    ivec2 lo = ivec2(clamp(floor((from_corner_m - reach_m) / p.cell_m), vec2(0.0), vec2(p.cells)));
+    ivec2 hi = ivec2(clamp(floor((from_corner_m + reach_m) / p.cell_m) + 1.0, vec2(0.0), vec2(p.cells)));
+    for (int y = lo.y; y < hi.y; ++y) {
+        for (int x = lo.x; x < hi.x; ++x) {
+            if (height_m[(uint(y) * p.pitch + uint(x)) * p.stride] == LAND_M) return true;
+        }
+    }
+    return false;
+}
+
 uint order_of(uint i) { return i < impact_count.count && is_over_water(impacts[i].at_m) ? impacts[i].order : ELSEWHERE; }
 
 void main() {
@@ -79,8 +93,8 @@ void main() {
         missed += gone;
     }
     if (mine == ELSEWHERE) return;
-    float pushed_m3ps = p.items == 2u ? p.push_m2 * impacts[i].impulse_mps : 0.0;
     vec2 at_m = impacts[i].at_m.xz - p.corner_m;
+    float pushed_m3ps = p.items == 2u && !is_by_land(at_m) ? p.push_m2 * impacts[i].impulse_mps : 0.0;
     items[rank * p.items] = Disturbance(at_m, p.radius_m, p.volume_m3, -pushed_m3ps, 0.0, 0u, 0u);
     if (p.items == 2u) items[rank * 2u + 1u] = Disturbance(at_m, 2.0 * p.radius_m, 0.0, pushed_m3ps, 0.0, 1u, 0u);
 }

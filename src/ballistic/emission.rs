@@ -86,11 +86,11 @@ impl Emission {
     }
 
     /// Serial numbers of the births that may end between the two moments, as [`Emission::born`] has them: some that have
-    /// lived a little longer are among them, so that who goes by rounded lives misses none.
+    /// lived a little longer are among them, and some that are about to be born, so that who goes by rounded times misses none.
     pub fn ending(self, after: Option<Moment>, by: Moment) -> Range<u64> {
-        let longest = self.life + (self.life >> 16) + 1;
-        let before = after.and_then(|after| after.ticks.checked_sub(longest));
-        self.born(before.map(|ticks| Moment { ticks }), by)
+        let slack = (self.life >> 16) + 1;
+        let before = after.and_then(|after| after.ticks.checked_sub(self.life + slack));
+        self.born(before.map(|ticks| Moment { ticks }), Moment { ticks: by.ticks.saturating_add(slack) })
     }
 
     /// The most that live at one moment.

@@ -191,9 +191,15 @@ fn landing(effect: Builtin, p: &Params, ground: &Ground<'_>, part: &LandParams, 
     let ago = Wide { high: -since.high, low: -since.low };
     let start = birth(effect, p, who, emitter_before(p, part.emitter_m, part.turn, ago));
     let end = ground.hit(p, &start);
-    let share = (start.delay_s + end) * p.lives_per_s;
-    let landed = later(later(since, start.delay_s), end);
-    if share.is_nan() || share >= 1.0 || !is_after(landed, part.from_s) || is_after(landed, part.to_s) {
+    let delay_s = start.delay_s.max(0.0);
+    let share = (delay_s + end) * p.lives_per_s;
+    let landed = later(later(since, delay_s), end);
+    if end <= 0.0
+        || share.is_nan()
+        || share >= 1.0
+        || !is_after(landed, part.from_s)
+        || is_after(landed, part.to_s)
+    {
         return None;
     }
     let r = reach_of(Wide { high: end, low: 0.0 }, p.acceleration.w);

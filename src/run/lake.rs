@@ -88,6 +88,8 @@ pub(super) struct Lake {
     start_energy: Option<f64>,
     given_m3: f64,
     not_listed: u64,
+    /// Of a step, in columns: its own, and what impacts take to be ordered, eight comparisons a column.
+    work: u64,
     /// Steps that are recorded.
     taken: u64,
     /// What someone has thrown in, for the next step.
@@ -136,7 +138,9 @@ impl Lake {
             _ => None,
         };
         let is_shore = !water.model.has_ground();
+        let ordered: u64 = plan.splashes.iter().map(|it| u64::from(it.impacts).pow(2) / 8).sum();
         Ok(Self {
+            work: cells.as_u64vec2().element_product() + ordered,
             name: plan.name.clone(),
             variant: water.variant().name(),
             fleet,
@@ -181,7 +185,7 @@ impl Lake {
     }
 
     fn most_steps(&self) -> u64 {
-        (COLUMN_STEPS / self.surface.cells.as_u64vec2().element_product()).max(1)
+        (COLUMN_STEPS / self.work).max(1)
     }
 
     /// Records due steps, as many as one submission should hold; `false` if more are due. A watchdog takes a device away

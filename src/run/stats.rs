@@ -92,7 +92,8 @@ pub struct WaterStats {
     pub volume_at_rest_m3: f64,
     /// Gained since the start, drops included (m^3).
     pub volume_gain_m3: f64,
-    /// Asked for by drops, sources and rain; what missed the water is in it (m^3).
+    /// Asked for by drops, sources and rain; what missed the water is in it, and of what landed (`splashes`) what did since the
+    /// run began, was resumed or was built anew (m^3).
     pub volume_given_m3: f64,
     /// Energy at the end, of that at the start; absent for a start at rest, and where a scheme has none.
     pub energy_relative: Option<f64>,

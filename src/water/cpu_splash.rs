@@ -11,7 +11,8 @@ pub fn splash(p: &SplashParams, height_m: &[f32], impacts: &[Impact]) -> (Vec<Di
     taken.sort_by_key(|it| it.order);
     let missed = impacts.len() - taken.len();
     let of = |it: &Impact| {
-        let pushed_m3ps = if p.items == 2 { p.push_m2 * it.impulse_mps } else { 0.0 };
+        let pushes = p.items == 2 && !is_by_land(p, height_m, it.at_m);
+        let pushed_m3ps = if pushes { p.push_m2 * it.impulse_mps } else { 0.0 };
         let here = Disturbance {
             at_m: vec2(it.at_m.x, it.at_m.z) - p.corner_m,
             radius_m: p.radius_m,
@@ -29,6 +30,14 @@ pub fn splash(p: &SplashParams, height_m: &[f32], impacts: &[Impact]) -> (Vec<Di
         [here, round].into_iter().take(p.items as usize)
     };
     (taken.into_iter().flat_map(of).collect(), missed as u64)
+}
+
+fn is_by_land(p: &SplashParams, height_m: &[f32], at_m: Vec3) -> bool {
+    let (at, reach, most) = (vec2(at_m.x, at_m.z) - p.corner_m, 2.0 * p.radius_m, p.cells.as_vec2());
+    let lo = ((at - reach) / p.cell_m).floor().clamp(vec2(0.0, 0.0), most).as_uvec2();
+    let hi = (((at + reach) / p.cell_m).floor() + 1.0).clamp(vec2(0.0, 0.0), most).as_uvec2();
+    let is_land = |x: u32, y: u32| height_m[((y * p.pitch + x) * p.stride) as usize] == LAND_M;
+    (lo.y..hi.y).any(|y| (lo.x..hi.x).any(|x| is_land(x, y)))
 }
 
 fn is_over_water(p: &SplashParams, height_m: &[f32], at_m: Vec3) -> bool {

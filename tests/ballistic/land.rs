@@ -253,3 +253,19 @@ fn what_finds_no_room_is_dropped_and_counted() {
     assert_eq!((counts.stored(), counts.count), (100, 100));
     assert!(counts.dropped().abs_diff(all - 100) <= if gpu.is_exact() { 0 } else { 2 }, "{counts:?}");
 }
+
+/// Ground above where it begins is nothing to fall on: what is born in a hill lands nowhere.
+#[test]
+fn what_begins_in_the_ground_lands_nowhere() {
+    let gpu = gpu();
+    let effect = Effect { rate_per_s: 100.0, ..Builtin::Rain.effect() };
+    let (grid, heights) = hills();
+    let high: Vec<f32> = heights.iter().map(|height| height + 500.0).collect();
+    for ground in [(grid, high), (GroundGrid { water_m: 500.0, ..grid }, heights)] {
+        let steps = steps(60, 1, 3);
+        assert!(steps
+            .iter()
+            .all(|&(after, by)| twin((Builtin::Rain, &effect), &ground, after, by).is_empty()));
+        assert!(on_gpu(&gpu, (Builtin::Rain, &effect), &ground, &steps).iter().all(Vec::is_empty));
+    }
+}
