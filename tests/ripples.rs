@@ -8,8 +8,8 @@ use common::gpu;
 use std::fs;
 use tempfile::tempdir;
 use whitecap::{
-    gpu::Gpu,
-    run::{self, stats::SplashStats, RunOptions, Written},
+    gpu::{Gpu, Submitter},
+    run::{self, stats::SplashStats, RunOptions, World, Written},
     scene::{Brings, Override, Plan, Scene},
 };
 
@@ -198,6 +198,49 @@ fn two_runs_are_alike_and_one_that_is_resumed_too() {
     let [first, rest, all] = [&first, &rest, &one].map(splashes);
     assert!(first.taken > 0 && rest.taken > 0);
     assert_eq!(first.landed + rest.landed, all.landed, "the counts of a run are its own");
+}
+
+/// How many drops have landed after pictures of these times, of which the last come after an edit.
+fn landed(gpu: &Gpu, frames_s: [&[f64]; 2], edit: &str) -> u64 {
+    let scenes = [pond(&[]).unwrap(), pond(&[edit]).unwrap()];
+    let plans = scenes.each_ref().map(|scene| scene.plan().unwrap());
+    let mut submitter = Submitter::new(gpu, 64).unwrap();
+    let mut world = World::new(gpu, &scenes[0], &plans[0]).unwrap();
+    let count = |world: &World| {
+        let counts = world.counters().unwrap().swap_remove(0).counts;
+        let of_drops = ["rings", "drops missed", "drops dropped"];
+        counts.iter().filter(|(name, _)| of_drops.contains(name)).map(|(_, n)| n).sum::<u64>()
+    };
+    for frame_s in frames_s[0] {
+        world.frame(&mut submitter, *frame_s).unwrap();
+    }
+    let before = count(&world);
+    let left = world.follow(gpu, (&scenes[1], &plans[1]), &plans[0], false).unwrap();
+    drop(left);
+    for frame_s in frames_s[1] {
+        world.frame(&mut submitter, *frame_s).unwrap();
+    }
+    before + count(&world)
+}
+
+/// Drops fall by the time of the scene, and a water that is made anew, or has lost time, is not behind it.
+#[test]
+fn an_edited_water_takes_the_drops_of_the_time_that_it_is() {
+    let gpu = gpu();
+    const PICTURES: &[f64] = &[1.0 / 12.0; 19];
+    let whole = landed(&gpu, [PICTURES, &[0.125; 4]], "water.0.damping_per_s=0.1");
+    assert!(whole > 900, "{whole}");
+    // All goes on; in steps of another length; and from the start, at the time that it is.
+    for edit in ["water.0.dt_s=0.011", "water.0.depth_m=1.5"] {
+        let edited = landed(&gpu, [PICTURES, &[0.125; 4]], edit);
+        assert!(edited.abs_diff(whole) <= 15, "{edit}: {edited} of {whole}");
+    }
+    // Of ten seconds all but a few pictures are lost. Then half a second of rain lands.
+    let steady = landed(&gpu, [&[10.0], &[0.125; 4]], "water.0.damping_per_s=0.1");
+    for edit in ["water.0.dt_s=0.011", "water.0.depth_m=1.5"] {
+        let edited = landed(&gpu, [&[10.0], &[0.125; 4]], edit);
+        assert!(steady > 400 && edited.abs_diff(steady) <= 15, "{edit}: {edited} of {steady}");
+    }
 }
 
 #[test]

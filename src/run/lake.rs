@@ -5,7 +5,7 @@ use super::{
     falls::Falls,
     live::Counters,
     splashes::{Drops, Ripples},
-    stats::WaterStats,
+    stats::{SplashStats, WaterStats},
     RunError,
 };
 use crate::{
@@ -73,6 +73,8 @@ pub(super) struct Lake {
     variant: String,
     basin: Basin,
     clock: FixedStep,
+    /// Time of the scene when the clock began (s): of another lake's, if it goes on from one.
+    since_s: f64,
     falls: Falls,
     list: Option<(Disturbances, DisturbParams)>,
     /// What lands in it.
@@ -146,6 +148,7 @@ impl Lake {
             fleet,
             absorbing,
             clock: FixedStep::new(dt_s, plan.most_steps),
+            since_s: 0.0,
             falls: Falls::new(water, seed, stream, dt_s),
             list,
             ripples,
@@ -262,9 +265,9 @@ impl Lake {
 
     /// What lands in a step, on the clock of the scene: where the water has lost time, its steps are as much later.
     fn record_landings(&self, rec: &mut Recorder<'_>, step: u64) {
-        let lost_s = self.clock.lost_s();
-        let end = |steps: u64| Moment::from_s(steps as f64 * self.clock.dt_s() + lost_s);
-        let after = (step > 0).then(|| end(step));
+        let before_s = self.since_s + self.clock.lost_s();
+        let end = |steps: u64| Moment::from_s(steps as f64 * self.clock.dt_s() + before_s);
+        let after = (step > 0 || self.since_s > 0.0).then(|| end(step));
         for ripples in &self.ripples {
             ripples.record(rec, &self.basin.surface(), after, end(step + 1));
         }
@@ -301,22 +304,29 @@ impl Lake {
         Ok(())
     }
 
+    /// The scene has been there for `time_s` when this water begins.
+    pub fn begin_at(&mut self, time_s: f64) {
+        self.since_s = time_s;
+    }
+
     /// Goes on with the water of `old`, which is of the same start and kind of model.
     pub fn go_on_from(&mut self, gpu: &Gpu, old: &Self) -> Result<(), sim::Error> {
         // The clock goes on in steps of its own.
         let most = self.clock.max_steps_per_frame();
-        let mut clock = old.clock.clone();
+        let (mut clock, mut since_s) = (old.clock.clone(), old.since_s);
+        let mut taken = clock.steps();
         if clock.dt_s() != self.clock.dt_s() || clock.max_steps_per_frame() != most {
             clock = FixedStep::new(self.clock.dt_s(), most);
-            let due = (old.clock.simulated_s() / self.clock.dt_s()).round() as u64;
-            while clock.steps() < due {
-                let steps = (due - clock.steps()).min(most.into());
+            taken = (old.clock.simulated_s() / self.clock.dt_s()).round() as u64;
+            while clock.steps() < taken {
+                let steps = (taken - clock.steps()).min(most.into());
                 clock.advance(steps as f64 * clock.dt_s());
             }
+            since_s += old.clock.simulated_s() + old.clock.lost_s() - clock.simulated_s();
+            clock.advance(old.clock.pending_s().max(0.0));
         }
-        if self.basin.upload(gpu, &old.basin.download(gpu)?, clock.steps())? {
-            self.taken = clock.steps();
-            self.clock = clock;
+        if self.basin.upload(gpu, &old.basin.download(gpu)?, taken)? {
+            (self.clock, self.taken, self.since_s) = (clock, taken, since_s);
             (self.given_m3, self.not_listed) = (old.given_m3, old.not_listed);
         }
         Ok(())
@@ -401,11 +411,12 @@ impl Lake {
             list.push(("missed", counts.missed.into()));
             list.push(("dropped", self.not_listed));
         }
-        for ripples in &self.ripples {
-            let stats = ripples.stats()?;
-            list.push(("rings", stats.taken));
-            list.push(("drops missed", stats.missed));
-            list.push(("drops dropped", stats.dropped));
+        if !self.ripples.is_empty() {
+            let all = self.ripples.iter().map(Ripples::stats).collect::<Result<Vec<_>, _>>()?;
+            let sum = |of: fn(&SplashStats) -> u64| all.iter().map(of).sum();
+            list.push(("rings", sum(|it| it.taken)));
+            list.push(("drops missed", sum(|it| it.missed)));
+            list.push(("drops dropped", sum(|it| it.dropped)));
         }
         Ok(Counters { name: self.name.clone(), counts: list })
     }

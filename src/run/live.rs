@@ -110,6 +110,7 @@ impl World {
                 false => {
                     let of = (scene.seed, i as u64);
                     let mut lake = Lake::new(gpu, &self.stage, water, planned, look, of, ground_m.as_ref())?;
+                    lake.begin_at(self.time_s);
                     if let Some(was) = self.scene.water.get(i).filter(|was| goes_on(was, water)) {
                         debug_assert_eq!(was.cells, water.cells);
                         lake.go_on_from(gpu, &self.lakes[i])?;
@@ -180,6 +181,7 @@ impl World {
             };
         if is_alike {
             for (i, lake) in new.lakes.iter_mut().enumerate() {
+                lake.begin_at(self.time_s);
                 let was = self.scene.water.get(i).filter(|was| goes_on(was, &scene.water[i]));
                 if was.is_some() && plan.terrain == before.terrain {
                     lake.go_on_from(gpu, &self.lakes[i])?;
