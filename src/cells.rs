@@ -4,11 +4,12 @@
 //!
 //! Cell `x + cells_x (y + cells_y z)` is occupied if its bit is set in `Occupied`, and only then do its two planes in
 //! `Planes` mean anything. Planes are relative to the centre of their cell, so that no precision is lost far from the
-//! origin. Outside the grid everything is empty. [`Grid::cell_of`] says which cell a place is in, for whoever stores and
+//! origin. Its three words in `Extents` say where in it is what the first plane stands for, what the second does, and what neither
+//! does. Outside the grid everything is empty. [`Grid::cell_of`] says which cell a place is in, for whoever stores and
 //! for whoever looks up.
 
 use crate::gpu::{Buffer, Gpu, Residence, Result};
-use glam::{IVec3, UVec3, Vec3};
+use glam::{DVec3, IVec3, UVec3, Vec3};
 
 /// Most cells along an axis.
 pub const MOST_CELLS: u32 = 1024;
@@ -120,12 +121,43 @@ impl Plane {
     }
 }
 
-/// The two buffers of a grid on the device.
+/// Where in a cell something is: its shadow on the three axes, ten bits each, x lowest, an eighth of a cell a bit, from 5/8 before the
+/// centre of the cell to 5/8 behind. `glsl/cells/cells.glsl` says what for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct Extent(pub u32);
+
+impl Extent {
+    const BINS: f32 = 10.0;
+    const PER_CELL: f32 = 8.0;
+    /// All of the cell, and an eighth of one around it: for what is known no better.
+    pub const ALL: Self = Self(0x3fff_ffff);
+
+    /// Of a box, in cells from the centre of its cell.
+    pub fn of(low: DVec3, high: DVec3) -> Self {
+        let (per_cell, bins) = (f64::from(Self::PER_CELL), f64::from(Self::BINS));
+        let bin =
+            |at: DVec3| (at * per_cell + 0.5 * bins).floor().clamp(DVec3::ZERO, DVec3::splat(bins - 1.0));
+        let (first, last) = (bin(low).as_uvec3(), bin(high).as_uvec3());
+        let bits = (0..3).map(|axis| ((2 << last[axis]) - (1 << first[axis])) << (10 * axis as u32));
+        Self(bits.fold(0, |all, bits| all | bits))
+    }
+
+    /// Whether it has the point that is `from_centre_m` from the centre of its cell: twin of `is_in_extent`.
+    pub fn has(self, from_centre_m: Vec3, cell_m: f32) -> bool {
+        let place = from_centre_m * (Self::PER_CELL / cell_m) + 0.5 * Self::BINS;
+        let is_near = place.cmpge(Vec3::ZERO).all() && place.cmplt(Vec3::splat(Self::BINS)).all();
+        is_near && (0..3).all(|axis| self.0 >> (10 * axis as u32 + place[axis] as u32) & 1 != 0)
+    }
+}
+
+/// The three buffers of a grid on the device.
 #[derive(Clone)]
 pub struct Cells {
     grid: Grid,
     occupied: Buffer,
     planes: Buffer,
+    extents: Buffer,
 }
 
 /// What [`Cells`] hold, read back.
@@ -135,6 +167,8 @@ pub struct Read {
     pub occupied: Vec<u32>,
     /// Two a cell.
     pub planes: Vec<Plane>,
+    /// Three a cell: of its first plane, of its second, and of what is like neither.
+    pub extents: Vec<[Extent; 3]>,
 }
 
 impl Read {
@@ -177,7 +211,8 @@ impl Cells {
         let occupied = gpu.upload("cells.occupied", &words)?;
         let planes =
             Buffer::new(gpu, "cells.planes", 2 * size_of::<Plane>() as u64 * count, Residence::Device)?;
-        Ok(Self { grid, occupied, planes })
+        let extents = Buffer::new(gpu, "cells.extents", 12 * count, Residence::Device)?;
+        Ok(Self { grid, occupied, planes, extents })
     }
 
     /// Where they are.
@@ -195,11 +230,20 @@ impl Cells {
         &self.planes
     }
 
+    /// Three [`Extent`]s a cell: `Extents`.
+    pub fn extents(&self) -> &Buffer {
+        &self.extents
+    }
+
     /// All of it, for tests and tools. Submits and waits.
     ///
     /// # Errors
     /// As [`Gpu::download`].
     pub fn read(&self, gpu: &Gpu) -> Result<Read> {
-        Ok(Read { occupied: gpu.download(&self.occupied)?, planes: gpu.download(&self.planes)? })
+        Ok(Read {
+            occupied: gpu.download(&self.occupied)?,
+            planes: gpu.download(&self.planes)?,
+            extents: gpu.download(&self.extents)?,
+        })
     }
 }

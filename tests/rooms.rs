@@ -136,9 +136,9 @@ fn the_plan_lists_what_is_near_and_a_shadow_of_depth_alone() {
     let gpu = gpu();
     let grid = plan.volume.as_ref().unwrap().scene.grid();
     let near = Surroundings::new(&gpu, &Cells::new(&gpu, grid).unwrap(), 3).unwrap().near().bytes();
-    // Four bits and three words a cell, and four bits that are there on the way, with a word behind them.
+    // Four bits and five words a cell, and four bits that are there on the way, with a word behind them.
     let (cells, words) = (24u64.pow(3), 24u64.pow(3).div_ceil(8));
-    let (found, between) = (4 * (words + 3 * cells), 4 * (words + 1));
+    let (found, between) = (4 * (words + 5 * cells), 4 * (words + 1));
     assert_eq!((near, bytes("particles.near")), (found, Some(found + between)));
     assert_eq!(bytes("draw.shadow"), Some(8 * 2048 * 2048));
     // Particles are listed while they wait, 10 words each.

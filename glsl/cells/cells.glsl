@@ -4,6 +4,13 @@
 //     index of a cell       x + cells_x (y + cells_y z)
 //     Occupied              one bit a cell: the only flag that says whether its planes mean anything
 //     Planes                two a cell, 2 i and 2 i + 1; the second is there if its `triangle` is not 0
+//     Extents               three words a cell, from 3 i on: where in it is what its first plane stands for, what its second
+//                           does, and what neither does
+//
+// A plane stands for the triangles of its cell that are near it there, and ends where they do: without an end it would go on
+// in the air, a cell wide. An extent is the shadow of what lies in a cell on each of the three axes: ten bits an axis, x lowest,
+// each for an eighth of a cell, from 5/8 before the centre of the cell to 5/8 behind. It is wider than a cell because a plane
+// is not its triangles: where a surface bends, it leaves a cell a little elsewhere than the plane does.
 //
 // Outside the grid everything is empty. A point of the world is in one cell, which `cell_of` says: for whoever stores and
 // for whoever looks up. Before the include, CELLS_OCCUPIED and CELLS_PLANES may name the bindings of the two buffers, to be
@@ -53,6 +60,26 @@ uint cell_index(Grid grid, ivec3 cell) {
 vec3 cell_centre_m(Grid grid, ivec3 cell) {
     precise vec3 centre_m = grid_low_m(grid) + (vec3(cell) + 0.5) * grid.cell_m;
     return centre_m;
+}
+
+const float EXTENT_BINS = 10.0;        // an axis
+const float EXTENT_PER_CELL = 8.0;     // of them
+const uint EXTENT_ALL = 0x3fffffffu;   // the cell, and an eighth of it around
+
+// Of a box, in cells from the centre of its cell.
+uint extent_of(vec3 low, vec3 high) {
+    uvec3 first = uvec3(clamp(floor(low * EXTENT_PER_CELL + 0.5 * EXTENT_BINS), 0.0, EXTENT_BINS - 1.0));
+    uvec3 last = uvec3(clamp(floor(high * EXTENT_PER_CELL + 0.5 * EXTENT_BINS), 0.0, EXTENT_BINS - 1.0));
+    uvec3 bits = (uvec3(2u) << last) - (uvec3(1u) << first);
+    return bits.x | bits.y << 10u | bits.z << 20u;
+}
+
+// Whether an extent has the point that is `from_centre_m` from the centre of its cell.
+bool is_in_extent(uint extent, vec3 from_centre_m, float cell_m) {
+    precise vec3 place = from_centre_m * (EXTENT_PER_CELL / cell_m) + 0.5 * EXTENT_BINS;
+    if (!(all(greaterThanEqual(place, vec3(0.0))) && all(lessThan(place, vec3(EXTENT_BINS))))) return false;
+    uvec3 bin = uvec3(place);
+    return (extent >> bin.x & extent >> (10u + bin.y) & extent >> (20u + bin.z) & 1u) != 0u;
 }
 
 // Signed, of a point in the plane's cell (m).

@@ -11,9 +11,21 @@ float dotted(vec3 a, vec3 b) {
     return sum;
 }
 
-const float ALIKE = 0.985;  // cosine of 10 degrees: nearer planes count as one, as `cells` has it
+const float ALIKE = 0.985;      // cosine of 10 degrees
+const float STANDS_FOR = 0.15;  // cells, as in volume/extend.glsl
 
-bool is_alike(Plane one, Plane other) { return abs(dotted(one.normal, other.normal)) > ALIKE; }
+// Half of the box in which something of a cell may be felt: an eighth of a cell beyond it, what is rounded, and what a word
+// is wider than the sweep (cells).
+const float FELT_HALF = 0.627;
+const float BEYOND = 0.126;  // its part beyond the cell, for the sweep
+const float RIM = 1.0e-3;
+
+// Of planes seen from the same centre: whether one stands for the other there.
+bool is_alike(Plane one, Plane other, float cell_m) {
+    float cosine = dotted(one.normal, other.normal);
+    precise float apart = cosine < 0.0 ? one.distance_m + other.distance_m : one.distance_m - other.distance_m;
+    return abs(cosine) > ALIKE && abs(apart) <= STANDS_FOR * cell_m;
+}
 
 // Unit; a component that is picked by a variable would be one in memory.
 uvec3 axis_of(uint face) { return uvec3(face < 2u, face >> 1u == 1u, face >= 4u); }
@@ -26,36 +38,22 @@ ivec3 cell_of_met(ivec3 cell, uint k) {
     return cell + ivec3(axis_of(face)) * ((face & 1u) == 0u ? -1 : 1);
 }
 
-// Whether a cell that holds `one` and `two` lacks `lent`, which the cell beside it has: it is like neither, and goes through.
-bool is_missing(Plane lent, Plane one, Plane two, uint face, float cell_m) {
-    if (is_alike(lent, one) || is_alike(lent, two)) return false;
+// `plane`, stored in a cell, as it is seen from the centre of another.
+Plane seen_from(Plane plane, ivec3 stored, ivec3 cell, float cell_m) {
+    precise float away = plane.distance_m + dotted(plane.normal, vec3(cell - stored) * cell_m);
+    plane.distance_m = away;
+    return plane;
+}
+
+// Whether a cell that holds `one` and `two` lacks `lent`, seen from there: it is like neither, and goes through.
+bool is_missing(Plane lent, Plane one, Plane two, float cell_m) {
     vec3 n = abs(lent.normal);
-    precise float away = lent.distance_m + dotted(lent.normal, vec3(axis_of(face))) * ((face & 1u) == 0u ? cell_m : -cell_m);
-    precise float half_m = ((n.x + n.y) + n.z) * (0.501 * cell_m);
-    return abs(away) <= half_m;
+    precise float half_m = ((n.x + n.y) + n.z) * (FELT_HALF * cell_m);
+    return !is_alike(lent, one, cell_m) && !is_alike(lent, two, cell_m) && abs(lent.distance_m) <= half_m;
 }
 
-// Of a cell with two planes, two words: which planes are met beside its own, and of each on which side of those two it goes on
-// round about. Who touches it on the other side touches nothing: a plane ends where it meets another at an edge, and only
-// the cells around tell where that is.
-//     x    bits 0 to 11: plane 2 + bit is met; 12, 13: where 0 is of 1, 3 if there is no plane 1; 14, 15: where 1 is of 0;
-//          from 16 on four bits each: where 2 to 5 are, of 0 and of 1
-//     y    likewise, 6 to 13
-const uint IS_BEHIND = 1u;
-const uint IS_BEFORE = 2u;  // neither: on both sides, or it is not known
-const uvec2 ONLY_ONE = uvec2(3u << 12u, 0u);
-
-// Numbers of the planes, as bits.
-uint met_of(uvec2 known) { return (known.x & 0xfffu) << 2u | ((known.x >> 12u & 3u) == 3u ? 1u : 3u); }
-
-// Where plane k goes on: of plane 0 in the low two bits, of plane 1 in the next.
-uint sides_of(uvec2 known, uint k) {
-    if (k == 0u) return (known.x >> 12u & 3u) == 3u ? 0u : (known.x >> 12u & 3u) << 2u;
-    if (k == 1u) return known.x >> 14u & 3u;
-    return (k < 6u ? known.x >> (4u * k + 8u) : known.y >> (4u * k - 24u)) & 15u;
-}
-
-const float RIM = 1.0e-3;  // of a cell: cells are closed, and feet on a face of theirs are rounded
+// Of a plane in a cell, what of it is felt there. What is lent is felt where the cell has what neither of its own stands for.
+uint extent_of_met(uint k) { return min(k, 2u); }
 
 // A slab round a corner of cells, in a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y and x - y; and between
 // what it lies along that, in cells from the corner.
@@ -85,7 +83,7 @@ uint slab_normal(vec3 sum) {
     return (uint(steps.x) & 127u) << 4u | (uint(steps.y) & 127u) << 11u;
 }
 
-// What lies round a corner is no farther than 1 along the normal.
+// A bound that does not fit is as good as 1: who asks lies within 1 of the corner.
 uint slab_bounds(float least, float most) {
     int low = int(floor(SLAB_STEPS * clamp(least, -1.01, 1.0))), high = int(ceil(SLAB_STEPS * clamp(most, -1.0, 1.01)));
     return (uint(low) & 127u) << 18u | uint(high) << 25u;
@@ -93,19 +91,17 @@ uint slab_bounds(float least, float most) {
 
 #ifdef NEAR_BINDING
 // What `particles.near` has found. First four bits for the least corner of each cell: how many cells lie between it and the
-// nearest occupied one, the greatest of the three axes counting; one more than was looked at if there is none. Then what is
-// known of the planes of each cell, and the slab round each of those corners.
+// nearest occupied one, the greatest of the three axes counting; one more than was looked at if there is none. Then of each cell
+// its three extents, and the numbers of the planes that are met in it, as bits. Last the slab round each of those corners.
 layout(set = 0, binding = NEAR_BINDING, std430) readonly buffer Near { uint near[]; };
 
 int gap_at(uint corner) { return int(near[corner >> 3u] >> (4u * (corner & 7u)) & 15u); }
 
-uvec2 known_at(Grid grid, uint cell) {
-    uint from = (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 2u * cell;
-    return uvec2(near[from], near[from + 1u]);
-}
+// Where the four words of a cell are.
+uint met_from(Grid grid, uint cell) { return (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 4u * cell; }
 
 uint slab_at(Grid grid, uint corner) {
     uint count = grid.cells_x * grid.cells_y * grid.cells_z;
-    return near[(count + 7u) / 8u + 2u * count + corner];
+    return near[(count + 7u) / 8u + 4u * count + corner];
 }
 #endif

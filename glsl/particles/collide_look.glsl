@@ -11,10 +11,10 @@ float elapsed_at(float left_s) {
     return elapsed;
 }
 
-// What a plane may reach beyond its cell: the particle's radius, and what the surface moves from where the cells have it.
+// What a plane may reach beyond its cell: the particle's radius, what of it is felt there, and what the surface moves from where the cells have it.
 float padding_m(float left_s, float elapsed_s) {
     precise float most_s = max(abs(elapsed_s), abs(elapsed_s + left_s));
-    precise float pad = ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * most_s;
+    precise float pad = ((law.radius_m + law.slack_m) + BEYOND * law.grid.cell_m) + law.surface_mps * most_s;
     return pad;
 }
 
@@ -52,7 +52,8 @@ bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     float most_s = max(law.lead_s, abs(step_s - law.lead_s));
     float pad = ((law.radius_m + law.slack_m) + law.surface_mps * most_s) * per_m + 2.0 * RIM;
     vec3 bulge = abs(pull_mps2) * (0.125 * step_s * step_s * per_m), half_way = 0.5 * (to_m - from_m);
-    vec3 place = ((from_m + half_way) - grid_low_m(law.grid)) * per_m, reach = abs(half_way) * per_m + (pad + bulge);
+    vec3 place = ((from_m + half_way) - grid_low_m(law.grid)) * per_m;
+    vec3 reach = abs(half_way) * per_m + (pad + BEYOND + bulge);
     ivec3 corner = clamp(ivec3(round(place)), ivec3(0), grid_cells(law.grid) - 1);
     vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
     float farthest = max(max(out_of.x, out_of.y), out_of.z);

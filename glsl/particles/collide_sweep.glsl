@@ -1,7 +1,6 @@
 // The first plane that a particle meets on a parabola: pieces of it no longer than a cell, in their order; of each piece the
 // cells that its box touches, unless `near` says at one look that all are empty; of each occupied cell its planes. A plane
-// counts only where the foot of the particle on it is in its cell, and on the side of the cell's other planes on which it
-// goes on, so planes end with their triangles' cells and at edges.
+// counts only where the foot of the particle on it is where the plane stands for triangles of its cell, so planes end where those do.
 
 const float NEVER_S = 3.0e38;
 const float MOST_PIECES = 4096.0;
@@ -47,36 +46,23 @@ float fall_s(float c, float w, float a) {
     return back;
 }
 
-bool is_in_cell(vec3 from_centre_m) {
-    return all(lessThanEqual(abs(from_centre_m), vec3((0.5 + RIM) * law.grid.cell_m)));
-}
-
-const float BEYOND = 0.1;  // of a cell: so far over an edge a plane is still felt
-
-bool is_on_side(vec3 foot_m, uint plane, uint side) {
-    if (side == 0u) return true;
-    precise float over = dotted(planes[plane].normal, foot_m) + planes[plane].distance_m;
-    return (side == IS_BEHIND ? over : -over) <= BEYOND * law.grid.cell_m;
-}
-
-// A cell in which a plane is felt, and where the plane goes on, of the cell's own two.
+// Where a plane is felt: in a cell, which of its extents.
 struct Window {
     vec3 centre_m;
-    uint home;
-    uint sides;
+    uint extent;  // place in `near`
 };
 
 // Whether a plane is there, at `foot_m` from the middle of its window.
 bool is_there(vec3 foot_m, Window window) {
-    return is_in_cell(foot_m) && is_on_side(foot_m, 2u * window.home, window.sides & 3u)
-        && is_on_side(foot_m, 2u * window.home + 1u, window.sides >> 2u);
+    // Of several planes, only the first is left to stand for all there is.
+    return is_in_extent(method == METHOD_TWO ? near[window.extent] : EXTENT_ALL, foot_m, law.grid.cell_m);
 }
 
 // Whether the foot of the particle on a plane can come into a cell during the leg, which sees it go from `from_m` to `to_m`: of
 // the planes of a flat wall, one a cell, that leaves those whose cells it does come to. Wider than `is_there` by what
 // rounding does.
 bool may_enter(vec3 from_m, vec3 to_m, vec3 bulge_m) {
-    vec3 reach = vec3((0.5 + 4.0 * RIM) * law.grid.cell_m) + 0.25 * abs(bulge_m);
+    vec3 reach = vec3((FELT_HALF + 2.0 * RIM) * law.grid.cell_m) + 0.25 * abs(bulge_m);
     return all(lessThanEqual(min(from_m, to_m), reach)) && all(greaterThanEqual(max(from_m, to_m), -reach));
 }
 
@@ -123,8 +109,12 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     }
 }
 
-// What is known of an occupied cell.
-uvec2 known_of(uint home) { return method == METHOD_TWO ? known_at(law.grid, home) : ONLY_ONE; }
+// Numbers of the planes that are met in an occupied cell, as bits.
+uint met_at(uint home) { return method == METHOD_TWO ? near[met_from(law.grid, home) + 3u] : 1u; }
+
+Window window_of(ivec3 cell, uint home, uint k) {
+    return Window(cell_centre_m(law.grid, cell), met_from(law.grid, home) + extent_of_met(k));
+}
 
 // Cells of a box that are looked at together: 2 x 2 rows of 8, a bit each, x counting fastest, and whose bits are read at once.
 const ivec3 BLOCK_CELLS = ivec3(8, 2, 2);
@@ -159,12 +149,11 @@ void meet_box(Leg leg, Box box, bool asks_deep, inout Hit hit, inout bool is_dee
         for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
             ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
             uint home = cell_index(law.grid, cell);
-            uvec2 known = known_of(home);
-            for (uint met = met_of(known); met != 0u; met &= met - 1u) {
+            for (uint met = met_at(home); met != 0u; met &= met - 1u) {
                 uint k = uint(findLSB(met));
                 ivec3 stored = cell_of_met(cell, k);
                 uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
-                Window window = Window(cell_centre_m(law.grid, cell), home, sides_of(known, k));
+                Window window = window_of(cell, home, k);
                 meet(leg, plane, cell_centre_m(law.grid, stored), window, asks_deep, hit, is_deep);
             }
         }
@@ -179,8 +168,7 @@ vec3 depth_in(Leg leg, Box box) {
         for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
             ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
             uint home = cell_index(law.grid, cell);
-            uvec2 known = known_of(home);
-            for (uint met = met_of(known); met != 0u; met &= met - 1u) {
+            for (uint met = met_at(home); met != 0u; met &= met - 1u) {
                 uint k = uint(findLSB(met));
                 ivec3 stored = cell_of_met(cell, k);
                 uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
@@ -192,7 +180,7 @@ vec3 depth_in(Leg leg, Box box) {
                 precise float more = (law.radius_m - d) - dotted(deep_m, n);
                 precise float shallow = law.radius_m - law.slack_m;
                 if (!(d < shallow) || !(more > 0.0)) continue;
-                Window window = Window(cell_centre_m(law.grid, cell), home, sides_of(known, k));
+                Window window = window_of(cell, home, k);
                 precise vec3 foot = (leg.at_m - (window.centre_m + u * leg.elapsed_s)) - n * d;
                 if (!is_there(foot, window)) continue;
                 precise vec3 sum = deep_m + n * more;

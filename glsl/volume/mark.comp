@@ -1,5 +1,5 @@
 #version 460
-// First of the two passes over triangles: each marks the cells that it overlaps, and the nearest to the centre of a cell stays.
+// First pass over triangles: each marks the cells that it overlaps, and the nearest to the centre of a cell stays.
 // One invocation a small triangle; large ones are put on a list for `volume.mark_large`. CPU twin: volume::cpu::mark.
 layout(local_size_x = 128) in;
 #include "volume/triangle.glsl"

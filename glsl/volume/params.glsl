@@ -7,7 +7,7 @@ struct VolumeParams {
     uint first;         // of the triangles at hand
     uint triangles;     // at hand
     uint bits;          // of a key that say which triangle
-    uint only_changed;  // cells whose first plane is not that of the still meshes
+    uint only_changed;  // `second`: cells whose first plane is not the still meshes'; `extend`: whose first or second is not
     uint rows;          // most workgroups a large triangle
     uint way;           // that most particles go, for what is drawn: an axis, plus 3 if down it
 };
@@ -33,4 +33,7 @@ uint key_of(float share, uint t) {
     uint most = (1u << (32u - p.bits)) - 1u;
     return min(uint(clamp(share, 0.0, 1.0) * float(most)), most) << p.bits | t;
 }
+// The second plane of a cell: where the first is still the still meshes' own, what they offered counts as well.
+uint second_with(uint first, uint second, uvec2 still) { return first == still.x ? min(second, still.y) : second; }
+
 uint key_triangle(uint key) { return key & ((1u << p.bits) - 1u); }

@@ -1,7 +1,6 @@
 #version 460
 // From the triangles that won to what is collided with: planes about the centres of their cells, and how they move there.
-// Where the first plane is still the still meshes' own, so is what they offered as the second. CPU twin:
-// volume::cpu::planes.
+// Where both are the still meshes' own, so is what they stand for. CPU twin: volume::cpu::Voxels::plane.
 layout(local_size_x = 256) in;
 #include "volume/triangle.glsl"
 #include "volume/item.glsl"
@@ -10,7 +9,10 @@ layout(set = 0, binding = 3, std430) readonly buffer StillKeys { uvec2 still_key
 layout(set = 0, binding = 4, std430) readonly buffer SecondKeys { uint second_keys[]; };
 #define OCCUPIED 5
 #define PLANES 6
+#define EXTENTS 7
+#define EXTENTS_ACCESS
 #include "volume/planes.glsl"
+layout(set = 0, binding = 8, std430) readonly buffer StillExtents { uint still_extents[]; };
 
 void write(uint slot, ivec3 cell, uint t) {
     load_triangle(t);
@@ -26,8 +28,9 @@ void main() {
     write_occupied(i & ~255u, first != EMPTY);
     if (first == EMPTY) return;
     uvec2 still = still_keys[i];
-    uint second = second_keys[i];
-    if (first == still.x) second = min(second, still.y);
+    uint second = second_with(first, second_keys[i], still);
+    if (uvec2(first, second) == still)
+        for (uint k = 0u; k < 3u; ++k) extents[3u * i + k] |= still_extents[3u * i + k];
     ivec3 cell = ivec3(i % p.grid.cells_x, i / p.grid.cells_x % p.grid.cells_y, i / p.grid.cells_x / p.grid.cells_y);
     write(2u * i, cell, key_triangle(first));
     if (second == EMPTY) {

@@ -8,6 +8,8 @@ layout(local_size_x = 256) in;
 layout(set = 0, binding = 2, std430) readonly buffer OnceKeys { uint once_keys[]; };
 #define OCCUPIED 3
 #define PLANES 4
+#define EXTENTS 5
+#define EXTENTS_ACCESS writeonly
 #include "volume/planes.glsl"
 
 float across(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
@@ -27,4 +29,5 @@ void main() {
     vec3 a = corner_mps(tri_corners.x), b = corner_mps(tri_corners.y), c = corner_mps(tri_corners.z);
     write_plane(2u * i, tri_normal, distance_m, a + shares.x * (b - a) + shares.y * (c - a), t + 1u);
     planes[2u * i + 1u].triangle = 0u;
+    write_all_extent(i);
 }

@@ -8,6 +8,8 @@ layout(set = 0, binding = 0, rgba32f) readonly uniform image3D PlaneImage;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image3D VelocityImage;
 #define OCCUPIED 2
 #define PLANES 3
+#define EXTENTS 4
+#define EXTENTS_ACCESS writeonly
 #include "volume/planes.glsl"
 
 void main() {
@@ -22,4 +24,5 @@ void main() {
     vec4 plane = imageLoad(PlaneImage, texel);
     write_plane(2u * i, plane.xyz, plane.w, velocity.xyz, triangle);
     planes[2u * i + 1u].triangle = 0u;
+    write_all_extent(i);
 }

@@ -1,6 +1,6 @@
 #version 460
-// Second of the two passes over triangles: each offers itself as the second plane of the cells that it overlaps. One
-// invocation a small triangle. CPU twin: volume::cpu::second.
+// Second pass over triangles: each offers itself as the second plane of the cells that it overlaps. One
+// invocation a small triangle. CPU twin: volume::cpu::Voxels::second.
 layout(local_size_x = 128) in;
 #include "volume/triangle.glsl"
 #include "volume/item.glsl"

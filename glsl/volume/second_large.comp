@@ -1,5 +1,5 @@
 #version 460
-// `volume.second` of the triangles on the list, a few workgroups each. CPU twin: volume::cpu::second.
+// `volume.second` of the triangles on the list, a few workgroups each. CPU twin: volume::cpu::Voxels::second.
 layout(local_size_x = 128) in;
 #include "volume/triangle.glsl"
 #include "volume/second.glsl"

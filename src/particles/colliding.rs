@@ -161,7 +161,7 @@ impl Colliding {
     pub fn reach_of(&self, speed_mps: f32, dt_s: f32) -> u32 {
         let fall = 0.5 * self.gravity_mps2.abs().max_element() * dt_s * dt_s;
         let far = 0.5 * (speed_mps * dt_s + fall) + 0.25 * fall + self.radius_m + self.slack_m;
-        let pad = self.surface_mps * (dt_s + self.lead_s) + 2e-3 * self.grid.cell_m;
+        let pad = self.surface_mps * (dt_s + self.lead_s) + 0.128 * self.grid.cell_m;
         (((far + pad) / self.grid.cell_m).ceil() as u32).clamp(1, Surroundings::MOST_REACH)
     }
 
@@ -237,12 +237,13 @@ impl Surroundings {
             let info = KernelInfo {
                 name: c"particles.near",
                 spv: shaders::PARTICLES_NEAR_COMP,
-                blocks: &["Occupied", "Planes", "From", "Near"],
+                blocks: &["Occupied", "Planes", "Extents", "From", "Near"],
                 constants: &[axis],
             };
             Kernel::new::<NearParams>(gpu, &info)?.bind(&[
                 ("Occupied", cells.occupied().into()),
                 ("Planes", cells.planes().into()),
+                ("Extents", cells.extents().into()),
                 ("From", from.into()),
                 ("Near", to.into()),
             ])
@@ -283,7 +284,7 @@ impl Surroundings {
     /// Of what is found, and of what lies between the passes: eight cells may begin in its last word.
     fn words(grid: &Grid) -> [u64; 2] {
         let count = grid.count() as u64;
-        [count.div_ceil(8) + 3 * count, count.div_ceil(8) + 1]
+        [count.div_ceil(8) + 5 * count, count.div_ceil(8) + 1]
     }
 
     /// What a pool of the law binds.
@@ -302,8 +303,8 @@ impl Surroundings {
         self.reach
     }
 
-    /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then two words a
-    /// cell: which planes are met in it, and where they end; then a word a corner: those four bits again, and a slab in which all
+    /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then four words a
+    /// cell: its extents, and which planes are met in it; then a word a corner: those four bits again, and a slab in which all
     /// lies that is met round it.
     pub fn near(&self) -> &Buffer {
         &self.near

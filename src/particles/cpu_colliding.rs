@@ -6,11 +6,11 @@
 pub use super::cpu_near::{met_in, near, slab};
 use super::{
     colliding::{Colliding, Method},
-    cpu_near::{bit, cell_of_met, dotted, gap, known, met_of, sides_of},
+    cpu_near::{bit, cell_of_met, dotted, extent_of, gap, met_at},
     Particle,
 };
 use crate::{
-    cells::Plane,
+    cells::{Extent, Plane},
     impact::{Impact, NO_MESH},
     random,
 };
@@ -19,7 +19,7 @@ use glam::{IVec3, UVec3, Vec3};
 const NEVER_S: f32 = 3.0e38;
 const MOST_PIECES: f32 = 4096.0;
 const RIM: f32 = 1.0e-3;
-const BEYOND: f32 = 0.1;
+const BEYOND: f32 = 0.126;
 const MOST_IMPACTS: u32 = 8;
 const MOST_LEGS: u32 = 16;
 const SAME: f32 = 0.9999;
@@ -64,11 +64,10 @@ struct Hit {
     met: Option<Met>,
 }
 
-/// A cell in which a plane is felt, and where the plane goes on, of the cell's own two.
+/// Where a plane is felt: in a cell, which of its extents.
 struct Window {
     centre_m: Vec3,
-    home: usize,
-    sides: [u32; 2],
+    extent: Extent,
 }
 
 /// A box of cells, and the corner nearest to its middle.
@@ -163,7 +162,7 @@ impl Law<'_> {
         let bulge = law.gravity_mps2.abs() * (0.125 * step * step * per_m);
         let half_way = 0.5 * (moved(it.at_m, it.velocity_mps, law.gravity_mps2, dt_s) - it.at_m);
         let place = ((it.at_m + half_way) - Vec3::from(grid.low_m)) * per_m;
-        let reach = half_way.abs() * per_m + (pad + bulge);
+        let reach = half_way.abs() * per_m + (pad + BEYOND + bulge);
         let cells = UVec3::from(grid.cells).as_ivec3();
         let corner = place.round().as_ivec3().clamp(IVec3::ZERO, cells - 1);
         let from_corner = place - corner.as_vec3();
@@ -191,7 +190,7 @@ impl Law<'_> {
 
     fn padding_m(&self, left: f32, elapsed: f32) -> f32 {
         let (law, most) = (self.law, elapsed.abs().max((elapsed + left).abs()));
-        ((law.radius_m + law.slack_m) + RIM * law.grid.cell_m) + law.surface_mps * most
+        ((law.radius_m + law.slack_m) + BEYOND * law.grid.cell_m) + law.surface_mps * most
     }
 
     fn box_of(&self, from: Vec3, to: Vec3, pad: Vec3) -> Cells {
@@ -220,17 +219,8 @@ impl Law<'_> {
         self.room_of(&self.box_of(from, to, pad)) >= 0
     }
 
-    fn is_in_cell(&self, from_centre: Vec3) -> bool {
-        from_centre.abs().max_element() <= (0.5 + RIM) * self.law.grid.cell_m
-    }
-
     fn is_there(&self, foot: Vec3, window: &Window) -> bool {
-        let is_within = |(side, plane): (u32, &Plane)| {
-            let over = dotted(plane.normal.into(), foot) + plane.distance_m;
-            side == 0 || if side == 1 { over } else { -over } <= BEYOND * self.law.grid.cell_m
-        };
-        let own = &self.scene.planes[2 * window.home..][..2];
-        self.is_in_cell(foot) && window.sides.into_iter().zip(own).all(is_within)
+        window.extent.has(foot, self.law.grid.cell_m)
     }
 
     fn meet(
@@ -287,15 +277,19 @@ impl Law<'_> {
     fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
-        let known = match self.method {
-            Method::TwoPlanes => known(self.scene.near, grid.count(), i),
-            _ => [3 << 12, 0],
+        let met = match self.method {
+            Method::TwoPlanes => met_at(self.scene.near, grid.count(), i),
+            _ => 1,
         };
-        for k in (0..14).filter(|k| met_of(known) >> k & 1 != 0) {
+        for k in (0..14).filter(|k| met >> k & 1 != 0) {
             let stored = cell_of_met(cell, k);
             let number = 2 * grid.index(stored).expect("in the grid") + (k & 1);
             let plane = (number, &self.scene.planes[number]);
-            let window = Window { centre_m: grid.centre_m(cell), home: i, sides: sides_of(known, k) };
+            let extent = match self.method {
+                Method::TwoPlanes => extent_of(self.scene.near, grid.count(), i, k),
+                _ => Extent::ALL,
+            };
+            let window = Window { centre_m: grid.centre_m(cell), extent };
             self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());
         }
     }

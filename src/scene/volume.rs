@@ -286,9 +286,11 @@ impl VolumePlan {
         let [occupied, planes] = self.scene.bytes();
         add("cells.occupied", occupied, "volume");
         add("cells.planes", planes, "volume");
+        add("cells.extents", 12 * self.scene.count(), "volume");
         add("particles.near", Surroundings::bytes(&self.scene.grid()), "volume");
         add("impact.impacts", 64 * u64::from(self.scene.impacts), "volume.impacts");
         add("volume.first_keys, .second_keys, .still_keys", 16 * self.scene.count(), "volume");
+        add("volume.still_extents", 12 * self.scene.count(), "volume");
         if let Some(paint) = paint {
             let texels = paint.atlas.texels.len() as u64;
             add("paint.paint", 8 * texels, "mesh.map");

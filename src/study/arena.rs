@@ -114,6 +114,7 @@ impl Arena {
     pub fn upload(gpu: &Gpu, cells: &Cells, read: &Read) -> Result<()> {
         gpu.upload_to(cells.occupied(), &read.occupied)?;
         gpu.upload_to(cells.planes(), &read.planes)?;
+        gpu.upload_to(cells.extents(), &read.extents)?;
         Ok(())
     }
 

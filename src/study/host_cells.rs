@@ -3,7 +3,7 @@
 //! not depend on a device.
 
 use crate::{
-    cells::{Grid, Plane, Read},
+    cells::{Extent, Grid, Plane, Read},
     mesh::{Mesh, MeshError},
     volume::cpu,
 };
@@ -64,6 +64,7 @@ pub fn fill(grid: &Grid, triangles: &[Triangle]) -> Read {
     let mut read = Read {
         occupied: vec![0; grid.count().div_ceil(32)],
         planes: vec![Plane::default(); 2 * grid.count()],
+        extents: vec![[Extent::default(); 3]; grid.count()],
     };
     let at_m: Vec<Vec3> = triangles.iter().flat_map(|it| it.corners_m.map(|at| at.as_vec3())).collect();
     let voxels = cpu::mark(grid, &at_m, &corners(triangles));
@@ -73,7 +74,9 @@ pub fn fill(grid: &Grid, triangles: &[Triangle]) -> Read {
         let Some(first) = voxels.first(i) else { continue };
         read.occupied[i / 32] |= 1 << (i % 32);
         read.planes[2 * i] = plane(first);
-        read.planes[2 * i + 1] = voxels.second(grid, i).map(plane).unwrap_or_default();
+        let second = voxels.second(grid, i);
+        read.planes[2 * i + 1] = second.map(plane).unwrap_or_default();
+        read.extents[i] = voxels.extents(grid, i, [Some(first), second], 0.0);
     }
     read
 }

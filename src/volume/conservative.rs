@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Exact overlap of triangles and cells, in compute. Reads `glsl/volume/{begin,mark,second,keep,resolve}*.comp`.
+//! Exact overlap of triangles and cells, in compute. Reads `glsl/volume/{begin,mark,second,extend,keep,resolve}*.comp`.
 
 use super::{kernel, spread, Meshes, VolumeParams};
 use crate::{
@@ -24,7 +24,7 @@ pub struct Counts {
 }
 
 /// Voxelisation of a scene's meshes. Meshes that do not move are done once; a step marks those that move, looks once more
-/// at the others where a moving plane is now a cell's first, and the cells are what voxelising all would give, to the bit.
+/// at the others where a moving plane is now one of a cell's two, and the cells are what voxelising all would give, to the bit.
 pub struct Conservative {
     params: VolumeParams,
     begin: Bound,
@@ -33,11 +33,15 @@ pub struct Conservative {
     second: Bound,
     second_large: Bound,
     second_still_large: Bound,
+    extend: Bound,
+    extend_large: Bound,
+    extend_still_large: Bound,
     resolve: Bound,
     moving: Vec<Range<u32>>,
     still: Vec<Range<u32>>,
     work: Buffer,
     still_work: Buffer,
+    extents: Buffer,
 }
 
 impl Conservative {
@@ -57,6 +61,7 @@ impl Conservative {
         let first_keys = buffer("volume.first_keys", 4 * count)?;
         let second_keys = buffer("volume.second_keys", 4 * count)?;
         let still_keys = buffer("volume.still_keys", 8 * count)?;
+        let still_extents = buffer("volume.still_extents", 12 * count)?;
         let normals = buffer("volume.normals", 16 * number)?;
         let work = buffer("volume.work", 4 * (WORK_WORDS + number))?;
         let still_work = buffer("volume.still_work", 4 * (WORK_WORDS + number))?;
@@ -69,6 +74,8 @@ impl Conservative {
             ("StillKeys", &still_keys),
             ("Occupied", cells.occupied()),
             ("Planes", cells.planes()),
+            ("Extents", cells.extents()),
+            ("StillExtents", &still_extents),
         ];
         // Bound twice: with the list of what moves, and with that of the others.
         let both = |name, spv, blocks: &[&str]| -> Result<[Bound; 2]> {
@@ -93,9 +100,14 @@ impl Conservative {
         let [second_large, second_still_large] =
             both(c"volume.second_large", shaders::VOLUME_SECOND_LARGE_COMP, &blocks)?;
         let second_pass = one(c"volume.second", shaders::VOLUME_SECOND_COMP, &blocks[..6])?;
-        let blocks = [first, second, still];
+        let blocks = [places, triangles, "Normals", first, still, second, "Extents", "Work"];
+        let [extend_large, extend_still_large] =
+            both(c"volume.extend_large", shaders::VOLUME_EXTEND_LARGE_COMP, &blocks)?;
+        let extend = one(c"volume.extend", shaders::VOLUME_EXTEND_COMP, &blocks[..7])?;
+        let blocks = [first, second, still, "Extents", "StillExtents"];
         let keep = one(c"volume.keep", shaders::VOLUME_KEEP_COMP, &blocks)?;
-        let blocks = [places, triangles, first, still, second, "Occupied", "Planes"];
+        let blocks =
+            [places, triangles, first, still, second, "Occupied", "Planes", "Extents", "StillExtents"];
         let resolve = one(c"volume.resolve", shaders::VOLUME_RESOLVE_COMP, &blocks)?;
         let this = Self {
             params,
@@ -105,14 +117,20 @@ impl Conservative {
             second: second_pass,
             second_large,
             second_still_large,
+            extend,
+            extend_large,
+            extend_still_large,
             resolve,
             moving: meshes.runs(true),
             still: meshes.runs(false),
             work,
             still_work,
+            extents: cells.extents().clone(),
         };
         gpu.once(|rec| {
             rec.fill(&still_keys, u32::MAX);
+            rec.fill(&still_extents, 0);
+            rec.fill(&this.extents, 0);
             rec.fill(&normals, 0);
             rec.barrier(Access::FillWrite, Access::ComputeReadWrite);
             this.over_cells(rec, &this.begin);
@@ -124,6 +142,9 @@ impl Conservative {
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
             this.over(rec, &this.second, &this.still, 0);
             rec.dispatch_indirect(&this.second_still_large, &this.still_work, 0, &this.params);
+            rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
+            this.over(rec, &this.extend, &this.still, 0);
+            rec.dispatch_indirect(&this.extend_still_large, &this.still_work, 0, &this.params);
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
             this.over_cells(rec, &keep);
             rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
@@ -137,29 +158,29 @@ impl Conservative {
 
     /// Fills the cells again, if anything moves.
     ///
-    /// begin --B-- mark, mark_large --B-- second, second_large --B-- resolve
+    /// begin --B-- mark, mark_large --B-- second, second_large --B-- extend, extend_large --B-- resolve
     pub fn record(&self, rec: &mut Recorder<'_>) {
         if self.moving.is_empty() {
             return;
         }
         rec.barrier(Access::IndirectRead, Access::ComputeReadWrite); // the list that a step before dispatched by
-        rec.span(c"volume.begin", |rec| self.over_cells(rec, &self.begin));
+        rec.barrier(Access::ComputeReadWrite, Access::FillWrite);
+        rec.span(c"volume.begin", |rec| {
+            rec.fill(&self.extents, 0);
+            self.over_cells(rec, &self.begin);
+        });
+        rec.barrier(Access::FillWrite, Access::ComputeReadWrite);
         rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
         rec.span(c"volume.mark", |rec| self.over(rec, &self.mark, &self.moving, 0));
         rec.span(c"volume.mark_large", |rec| self.over_list(rec, &self.mark_large, &self.work));
         rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
-        rec.span(c"volume.second", |rec| {
-            self.over(rec, &self.second, &self.moving, 0);
-            self.over(rec, &self.second, &self.still, 1);
-        });
-        rec.span(c"volume.second_large", |rec| {
-            // Both lists were seen to when they were made: nothing here waits for anything.
-            rec.dispatch_indirect(&self.second_large, &self.work, 0, &self.params);
-            if !self.still.is_empty() {
-                let params = VolumeParams { only_changed: 1, ..self.params };
-                rec.dispatch_indirect(&self.second_still_large, &self.still_work, 0, &params);
-            }
-        });
+        rec.span(c"volume.second", |rec| self.over_all(rec, &self.second));
+        let [moving, still] = [&self.second_large, &self.second_still_large];
+        rec.span(c"volume.second_large", |rec| self.over_lists(rec, moving, still));
+        rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
+        rec.span(c"volume.extend", |rec| self.over_all(rec, &self.extend));
+        let [moving, still] = [&self.extend_large, &self.extend_still_large];
+        rec.span(c"volume.extend_large", |rec| self.over_lists(rec, moving, still));
         rec.barrier(Access::ComputeWrite, Access::ComputeReadWrite);
         rec.span(c"volume.resolve", |rec| self.over_cells(rec, &self.resolve));
     }
@@ -173,6 +194,21 @@ impl Conservative {
             let params =
                 VolumeParams { first: run.start, triangles: run.len() as u32, only_changed, ..self.params };
             rec.dispatch(bound, spread(params.triangles, 128), &params);
+        }
+    }
+
+    /// Over what moves, and over the others where that changes something.
+    fn over_all(&self, rec: &mut Recorder<'_>, bound: &Bound) {
+        self.over(rec, bound, &self.moving, 0);
+        self.over(rec, bound, &self.still, 1);
+    }
+
+    /// The same over both lists. They were seen to when they were made: nothing here waits for anything.
+    fn over_lists(&self, rec: &mut Recorder<'_>, moving: &Bound, still: &Bound) {
+        rec.dispatch_indirect(moving, &self.work, 0, &self.params);
+        if !self.still.is_empty() {
+            let params = VolumeParams { only_changed: 1, ..self.params };
+            rec.dispatch_indirect(still, &self.still_work, 0, &params);
         }
     }
 

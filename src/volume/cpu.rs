@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Twins in f64 of the passes over triangles: `glsl/volume/{triangle,mark,second}.glsl`.
+//! Twins in f64 of the passes over triangles: `glsl/volume/{triangle,mark,second,extend}.glsl`.
 
-use crate::cells::{Grid, Plane};
+use crate::cells::{Extent, Grid, Plane};
 use glam::{DVec2, DVec3, IVec3, UVec3, Vec3, Vec3Swizzles};
 
 /// Half a cell and what single precision rounds: `SLACK` and `SLACK_SHARE` in `glsl/volume/triangle.glsl`.
@@ -13,6 +13,9 @@ const FARTHEST: f64 = 0.875;
 const COS_OTHER: f64 = 0.98480775;
 const COS_PARALLEL: f64 = 0.99984770;
 const APART: f64 = 0.0625;
+const STANDS_FOR: f64 = 0.15;
+const ALIKE: f64 = 0.985;
+const WIDER: f64 = 0.02;
 
 /// Why a triangle marks nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,6 +144,31 @@ impl Shape {
             .expect("three edges")
     }
 
+    /// Corners of what is left of it in the cell round `centre`, from there (cells); one where it touches that by rounding alone. After Sutherland and Hodgman, "Reentrant Polygon
+    /// Clipping" (1974).
+    pub fn within(&self, centre: DVec3) -> Vec<DVec3> {
+        let half = 0.501 + self.slack;
+        let mut left = self.corners.map(|at| at - centre).to_vec();
+        for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
+            let inside = |at: DVec3| half - side * at[axis];
+            let next = left.iter().cycle().skip(1);
+            left = left
+                .iter()
+                .zip(next)
+                .flat_map(|(&a, &b)| {
+                    let (of_a, of_b) = (inside(a), inside(b));
+                    let crosses = (of_a < 0.0) != (of_b < 0.0);
+                    let cut = crosses.then(|| a + (b - a) * (of_a / (of_a - of_b)));
+                    [Some(a).filter(|_| of_a >= 0.0), cut].into_iter().flatten()
+                })
+                .collect();
+        }
+        if left.is_empty() {
+            left.push((self.nearest(centre).0 - centre).clamp(DVec3::splat(-half), DVec3::splat(half)));
+        }
+        left
+    }
+
     /// Of a point from the plane, along the normal (cells).
     pub fn distance(&self, at: DVec3) -> f64 {
         self.normal.dot(at - self.corners[0])
@@ -210,6 +238,46 @@ impl Voxels {
             .iter()
             .filter_map(|&(t, _)| Some((key(self.beside(centre, first, t)?, t, bits), t)));
         offers.min().map(|(_, t)| t)
+    }
+
+    /// Where in a cell is what its planes stand for, and what neither does: twin of `volume.extend`. Boxes are wider by `more` (cells)
+    /// than they are there, for who compares.
+    pub fn extents(&self, grid: &Grid, cell: usize, planes: [Option<u32>; 2], more: f64) -> [Extent; 3] {
+        let mut extents = [Extent::default(); 3];
+        let centre = grid.cell(cell).as_dvec3() + 0.5;
+        for &(t, _) in &self.cells[cell] {
+            let points = self.shape(t).within(centre);
+            let (low, high) =
+                points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
+                    (low.min(*at), high.max(*at))
+                });
+            let off = |plane: Option<u32>| {
+                let shape = self.shape(plane?);
+                let off = points.iter().map(|at| shape.distance(*at + centre).abs()).fold(0.0, f64::max);
+                Some((off, shape.normal))
+            };
+            let [one, two] = planes.map(off);
+            let Some(one) = one else { continue };
+            let (slot, (off, normal)) = match two {
+                Some(two) if two.0 < one.0 => (1, two),
+                _ => (0, one),
+            };
+            let mut set = |slot: usize, wider: DVec3| {
+                let wider = wider + WIDER + more;
+                extents[slot].0 |= Extent::of(low - wider, high + wider).0;
+            };
+            if off <= STANDS_FOR || two.is_none() {
+                set(slot, normal.abs() * off.min(STANDS_FOR));
+                continue;
+            }
+            set(2, normal.abs() * STANDS_FOR);
+            for (slot, (off, normal)) in [Some(one), two].into_iter().flatten().enumerate() {
+                if normal.dot(self.shape(t).normal).abs() > ALIKE {
+                    set(slot, normal.abs() * off);
+                }
+            }
+        }
+        extents
     }
 
     /// A plane as it is stored: twin of `volume.resolve`.

@@ -89,13 +89,14 @@ impl Layered {
             Image::layered(gpu, "volume.velocity_image", size, ImageUse::Volume)?,
         ];
         let depth = Image::layered(gpu, "volume.depth_image", size, ImageUse::LayeredDepth)?;
-        let blocks = ["PlaneImage", "VelocityImage", "Occupied", "Planes"];
+        let blocks = ["PlaneImage", "VelocityImage", "Occupied", "Planes", "Extents"];
         let resolve = kernel(gpu, c"volume.resolve_slices", shaders::VOLUME_RESOLVE_SLICES_COMP, &blocks)?
             .bind(&[
                 ("PlaneImage", (&volumes[0]).into()),
                 ("VelocityImage", (&volumes[1]).into()),
                 ("Occupied", cells.occupied().into()),
                 ("Planes", cells.planes().into()),
+                ("Extents", cells.extents().into()),
             ])?;
         Ok(Self { params, draw, resolve, volumes, depth })
     }

@@ -10,15 +10,17 @@
 //! | `volume.mark_large`     | places, triangles, list                      | first keys                 | [`cpu::mark`]                             |
 //! | `volume.second`         | places, triangles, normals, first keys       | second keys                | [`Voxels::second`](cpu::Voxels::second)   |
 //! | `volume.second_large`   | the same, list                               | second keys                | [`Voxels::second`](cpu::Voxels::second)   |
-//! | `volume.keep`           | keys                                         | keys of still meshes       |                                           |
-//! | `volume.resolve`        | places, triangles, keys                      | cells                      | [`Voxels::plane`](cpu::Voxels::plane)     |
+//! | `volume.extend`         | places, triangles, normals, keys             | extents                    | [`Voxels::extents`](cpu::Voxels::extents) |
+//! | `volume.extend_large`   | the same, list                               | extents                    | [`Voxels::extents`](cpu::Voxels::extents) |
+//! | `volume.keep`           | keys, extents                                | those of still meshes      |                                           |
+//! | `volume.resolve`        | places, triangles, keys, extents             | cells                      | [`Voxels::plane`](cpu::Voxels::plane)     |
 //! | `volume.resolve_slices` | images that `volume.slices` drew             | cells                      |                                           |
 //! | `volume.resolve_once`   | places, triangles, keys of `volume.once`     | cells                      | [`cpu::texel`]                            |
 //!
 //! All three fill the same [`Cells`](crate::cells::Cells):
 //!
 //! ```text
-//! conservative   begin --B-- mark, mark_large --B-- second, second_large --B-- resolve
+//! conservative   begin --B-- mark, mark_large --B-- second, second_large --B-- extend, extend_large --B-- resolve
 //! layered        slices (drawn once for each layer, clipped to it) --B-- resolve_slices
 //! one-pass       once (drawn once, each fragment finds its layer) --B-- resolve_once
 //! ```
@@ -80,7 +82,7 @@ impl Way {
     }
 }
 
-/// Push constants of every pass: `VolumeParams` in `glsl/volume/triangle.glsl`.
+/// Push constants of every pass: `VolumeParams` in `glsl/volume/params.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct VolumeParams {
@@ -92,7 +94,7 @@ pub struct VolumeParams {
     pub triangles: u32,
     /// Of a key, that say which triangle.
     pub bits: u32,
-    /// 1 to look only at cells whose first plane is not that of the still meshes.
+    /// 1 to look only at cells that are not the still meshes' own: `second` by their first plane, `extend` by both.
     pub only_changed: u32,
     /// Most workgroups that a large triangle is shared by.
     pub rows: u32,

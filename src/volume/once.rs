@@ -54,7 +54,7 @@ impl Once {
             ("OnceKeys", (&keys).into()),
         ];
         let draw = Raster::onto::<VolumeParams>(gpu, &info, Attachments::Nothing)?.bind(&inputs)?;
-        let blocks = ["Places", "Triangles", "OnceKeys", "Occupied", "Planes"];
+        let blocks = ["Places", "Triangles", "OnceKeys", "Occupied", "Planes", "Extents"];
         let [places, triangles, once] = inputs;
         let resolve =
             kernel(gpu, c"volume.resolve_once", shaders::VOLUME_RESOLVE_ONCE_COMP, &blocks)?.bind(&[
@@ -63,6 +63,7 @@ impl Once {
                 once,
                 ("Occupied", cells.occupied().into()),
                 ("Planes", cells.planes().into()),
+                ("Extents", cells.extents().into()),
             ])?;
         let [width, height, _] = way.turned(cells.grid().cells);
         Ok(Self { params, draw, resolve, keys, size: [width, height] })

@@ -2,7 +2,7 @@
 //! The law `colliding`: its twin, exact solutions, and what it keeps.
 
 use crate::common::{gpu, TestGpu};
-use glam::{dvec3, uvec3, vec3, DVec3, IVec3, Vec3};
+use glam::{dvec3, uvec3, vec3, DVec3, IVec3, UVec3, Vec3};
 use whitecap::{
     cells::{Cells, Grid, Read},
     gpu::Gpu,
@@ -77,7 +77,7 @@ fn crowd(count: u32, speed_mps: f32) -> Vec<Particle> {
 fn every_method_is_its_twin() {
     let gpu = gpu();
     let read = fill(&grid(), &mixed());
-    let near = cpu_colliding::near(&grid(), &read.occupied, &read.planes, 3);
+    let near = cpu_colliding::near(&grid(), &read, 3);
     let mut hits = 0;
     for method in Method::ALL {
         for (radius_m, friction) in [(0.03, 0.3), (0.2, 0.0)] {
@@ -150,11 +150,7 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
             let surroundings = Surroundings::new(&gpu, &on_gpu, reach).unwrap();
             gpu.once(|rec| surroundings.record(rec)).unwrap();
             let got = gpu.download::<u32>(surroundings.near()).unwrap();
-            assert_eq!(
-                got,
-                cpu_colliding::near(&grid, &read.occupied, &read.planes, reach),
-                "{cells} {reach}"
-            );
+            assert_eq!(got, cpu_colliding::near(&grid, &read, reach), "{cells} {reach}");
         }
     }
 }
@@ -165,7 +161,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
     let (grid, mut looked, mut lent) = (grid(), 0, 0);
     for (triangles, thickest) in [(mixed(), 2.1), (ground(-0.61), 0.03)] {
         let read = fill(&grid, &triangles);
-        let near = cpu_colliding::near(&grid, &read.occupied, &read.planes, 2);
+        let near = cpu_colliding::near(&grid, &read, 2);
         for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 == 0) {
             let (n, [low, high]) = cpu_colliding::slab(&near, grid.count(), corner);
             let (n, low, high) = (n.as_dvec3(), f64::from(low), f64::from(high));
@@ -181,12 +177,14 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                     let away = f64::from(plane.distance_m / grid.cell_m) + m.dot((cell - stored).as_dvec3());
                     for s in 0..40 {
                         // From the middle of the cell, in cells.
-                        let y = 0.5 * Vec3::from_slice(&units(70 + s, i as u32)[..3]).as_dvec3();
+                        let y = 0.625 * Vec3::from_slice(&units(70 + s, i as u32)[..3]).as_dvec3();
                         let y = y - m * (m.dot(y) + away);
-                        if y.abs().max_element() > 0.501 {
+                        let from_corner = y + 0.5 + (cell - grid.cell(corner)).as_dvec3();
+                        // Felt there, and where someone may be who asks.
+                        if y.abs().max_element() > 0.626 || from_corner.abs().max_element() > 1.0 {
                             continue;
                         }
-                        let along = n.dot(y + 0.5 + (cell - grid.cell(corner)).as_dvec3());
+                        let along = n.dot(from_corner);
                         // Bounds are in f32; who looks at them is a thousandth of a cell wider.
                         assert!(
                             low - 1e-5 <= along && along <= high + 1e-5,
@@ -206,7 +204,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
 #[test]
 fn who_passes_the_look_meets_nothing() {
     let (grid, read) = (grid(), fill(&grid(), &mixed()));
-    let near = cpu_colliding::near(&grid, &read.occupied, &read.planes, 3);
+    let near = cpu_colliding::near(&grid, &read, 3);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
     let (mut passed, mut beside, mut met) = (0, 0, 0);
     for (radius_m, speed_mps, lead_s) in
@@ -497,7 +495,7 @@ fn who_passes_an_edge_meets_nothing() {
 /// farthest (cells).
 fn off_the_surface(grid: &Grid, triangles: &[Triangle], radius_m: f32) -> (f64, f64) {
     let read = fill(grid, triangles);
-    let near = cpu_colliding::near(grid, &read.occupied, &read.planes, 3);
+    let near = cpu_colliding::near(grid, &read, 3);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
     let law = Colliding {
         gravity_mps2: Vec3::ZERO,
@@ -508,10 +506,7 @@ fn off_the_surface(grid: &Grid, triangles: &[Triangle], radius_m: f32) -> (f64, 
     let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
     let mut impacts = Vec::new();
     for i in 0..500 {
-        let ([u, v, x, y], [z, ..]) =
-            (random::units(random::bits(5, 0, i, 0)), random::units(random::bits(5, 1, i, 0)));
-        let (from, to) = (random::direction_of([u, v]) * 0.9, (vec3(x, y, z) - 0.5) * 1.1);
-        let mut it = at(from, (to - from).normalize() * (0.5 * grid.cell_m / DT_S as f32));
+        let mut it = thrown_at_the_middle(i, 0.5 * grid.cell_m);
         (0..(4.0 / grid.cell_m) as u32).for_each(|_| {
             twin.advance(&mut it, DT_S as f32, 0, &mut impacts);
         });
@@ -532,21 +527,112 @@ fn off_the_surface(grid: &Grid, triangles: &[Triangle], radius_m: f32) -> (f64, 
     )
 }
 
+fn triangles_of(mesh: &Mesh) -> Vec<Triangle> {
+    let corner = |i: &u32| mesh.at_m[*i as usize].as_dvec3();
+    mesh.triangles.iter().map(|it| Triangle::new([0, 1, 2].map(|k| corner(&it[k])))).collect()
+}
+
+/// Of a surface that bends in every cell a plane is a cell's part at the most, and leaves the cell elsewhere than it does: before cells knew
+/// where in them a plane stands for something, up to 13 of 3000 balls came in.
+#[test]
+fn nobody_comes_into_what_is_round() {
+    type Outside = fn(Vec3) -> f32;
+    let torus: Outside = |at| (at.with_y(0.0).length() - 0.5).hypot(at.y) - 0.2;
+    let ball: Outside = |at| at.length() - 0.45;
+    let solids = [
+        ("torus", shapes::torus(0.5, 0.2, 48), torus),
+        ("coarse torus", shapes::torus(0.5, 0.2, 16), torus),
+        ("ball", shapes::sphere(0.45, 24), ball),
+    ];
+    for (name, mesh, outside_m) in solids {
+        for (cells, radius) in [(16, 0.25), (24, 0.1), (32, 0.25), (32, 0.05), (32, 0.8)] {
+            let cell_m = 2.0 / cells as f32;
+            let grid = Grid::new(vec3(-1.003, -1.007, -0.998), cell_m, UVec3::splat(cells));
+            let read = fill(&grid, &triangles_of(&mesh));
+            let near = cpu_colliding::near(&grid, &read, 3);
+            let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
+            let law = Colliding {
+                gravity_mps2: Vec3::ZERO,
+                restitution: 1.0,
+                friction: 0.0,
+                ..Colliding::new(grid, radius * cell_m)
+            };
+            let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
+            let (mut inside, mut impacts) = (0, Vec::new());
+            for i in 0..1500 {
+                let mut it = thrown_at_the_middle(i, 0.5 * cell_m);
+                let is_in = (0..5 * cells / 2).any(|_| {
+                    twin.advance(&mut it, DT_S as f32, 0, &mut impacts);
+                    // What is inscribed is a little smaller.
+                    outside_m(it.at_m) < -0.02
+                });
+                inside += u32::from(is_in);
+            }
+            assert!(impacts.len() > 700, "{name}: {} impacts", impacts.len());
+            assert_eq!(inside, 0, "{name}, {cells} cells, balls of {radius} cells");
+        }
+    }
+}
+
+/// Steps that are lower than a cell: one tread is a cell's first plane, a riser the second, and the other tread is parallel to the first.
+#[test]
+fn nobody_falls_through_stairs() {
+    let cell_m = 0.0625f64;
+    let grid = Grid::new(vec3(-1.003, -1.007, -0.998), cell_m as f32, UVec3::splat(32));
+    for (rise, tread) in [(0.3, 0.5), (0.4, 1.0), (0.4, 0.6), (0.6, 1.1), (0.9, 1.5)] {
+        let (rise, tread) = (rise * cell_m, tread * cell_m);
+        let steps = (1.4 / tread).min(1.4 / rise) as u32;
+        let at = |i: u32, j: u32| dvec3(-0.8, f64::from(i) * rise - 0.7, f64::from(j) * tread - 0.7);
+        let stairs: Vec<Triangle> = (0..steps)
+            .flat_map(|i| {
+                let tread = rectangle(at(i, i), DVec3::Z * tread, DVec3::X * 1.6);
+                let riser = rectangle(at(i, i + 1), DVec3::Y * rise, DVec3::X * 1.6);
+                [tread, riser].into_iter().flatten()
+            })
+            .collect();
+        let read = fill(&grid, &stairs);
+        let near = cpu_colliding::near(&grid, &read, 3);
+        let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
+        let law = Colliding { restitution: 0.0, ..Colliding::new(grid, 0.02 * cell_m as f32) };
+        let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
+        let through = (0..300).filter(|&i| {
+            let [x, z, ..] = units(90, i);
+            let z = f64::from(z + 1.0) * 0.5 * tread * f64::from(steps) - 0.7;
+            let floor = ((z + 0.7) / tread).floor() * rise - 0.7;
+            let mut it = at_rest(vec3(0.7 * x, (floor + 2.0 * cell_m) as f32, z as f32));
+            (0..30).for_each(|_| {
+                twin.advance(&mut it, DT_S as f32, 0, &mut Vec::new());
+            });
+            f64::from(it.at_m.y) < floor - 2.0 * cell_m - rise
+        });
+        assert_eq!(through.count(), 0, "steps of {rise} m by {tread} m");
+    }
+}
+
+fn at_rest(at_m: Vec3) -> Particle {
+    at(at_m, Vec3::ZERO)
+}
+
+/// Number `i` of balls from all around, by so much a step.
+fn thrown_at_the_middle(i: u32, step_m: f32) -> Particle {
+    let ([u, v, x, y], [z, ..]) =
+        (random::units(random::bits(5, 0, i, 0)), random::units(random::bits(5, 1, i, 0)));
+    let (from, to) = (random::direction_of([u, v]) * 0.9, (vec3(x, y, z) - 0.5) * 1.1);
+    at(from, (to - from).normalize() * (step_m / DT_S as f32))
+}
+
 #[test]
 fn impacts_lie_on_the_scene() {
-    let of = |mesh: &Mesh| -> Vec<Triangle> {
-        let corner = |i: &u32| mesh.at_m[*i as usize].as_dvec3();
-        mesh.triangles.iter().map(|it| Triangle::new([0, 1, 2].map(|k| corner(&it[k])))).collect()
-    };
+    let of = triangles_of;
     let half = dvec3(0.313, 0.321, 0.307);
     let (share, far) = off_the_surface(&grid(), &cuboid(-half, half, false), 0.03);
     println!("box: {share:.3} are more than a tenth of a cell off, the farthest {far:.2} cells");
-    assert!(share < 0.06 && far < 0.6, "box: {share}, {far} cells");
+    assert!(share < 0.06 && far < 0.35, "box: {share}, {far} cells");
     // Curved within every cell, the hardest there is.
     let fine = Grid::new(Vec3::NEG_ONE, 0.0625, uvec3(32, 32, 32));
     let (share, far) = off_the_surface(&fine, &of(&shapes::torus(0.5, 0.2, 48)), 0.015);
     println!("torus: {share:.3}, {far:.2} cells");
-    assert!(share < 0.6 && far < 0.85, "torus: {share}, {far} cells");
+    assert!(share < 0.08 && far < 0.25, "torus: {share}, {far} cells");
 }
 
 /// The cells have the scene as it is at the end of the step; who is born within it has less than a step to go.

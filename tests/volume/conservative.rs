@@ -8,11 +8,13 @@ use glam::ivec3;
 /// Fails if a cell is wrong, or if rounding decides more than a few.
 fn check(what: &str, grid: &Grid, bodies: &[Body], read: &Read) -> Compared {
     let compared = compare(grid, &as_one(bodies), read);
-    println!("{what}: {} marked, {} undecided", compared.marked, compared.undecided);
+    let (marked, undecided, extents) = (compared.marked, compared.undecided, compared.undecided_extents);
+    println!("{what}: {marked} marked, {undecided} undecided, of extents {extents}");
     assert!(compared.marked > 0, "{what}: nothing is marked");
     let wrong = &compared.wrong;
     assert!(wrong.is_empty(), "{what}: {} wrong, such as {:#?}", wrong.len(), &wrong[..wrong.len().min(8)]);
     assert!(compared.undecided * 500 <= compared.marked, "{what}: {compared:?}");
+    assert!(compared.undecided_extents * 5000 <= compared.marked, "{what}: {compared:?}");
     compared
 }
 
@@ -101,7 +103,8 @@ fn a_hundred_thousand_triangles_mark_what_the_twin_marks() {
 /// Whether two are the same where they mean anything.
 pub fn same(a: &Read, b: &Read) -> bool {
     let bytes = |read: &Read, cell: usize| bytemuck::cast_slice::<_, u32>(read.planes_of(cell)).to_vec();
-    a.occupied == b.occupied && a.marked().iter().all(|&cell| bytes(a, cell) == bytes(b, cell))
+    let is_same = |&cell: &usize| bytes(a, cell) == bytes(b, cell) && a.extents[cell] == b.extents[cell];
+    a.occupied == b.occupied && a.marked().iter().all(is_same)
 }
 
 #[test]
@@ -300,7 +303,9 @@ fn the_comparison_sees_a_cell_too_many_one_too_few_and_a_wrong_plane() {
     let change = |change: &dyn Fn(&mut Read)| {
         let mut changed = read.clone();
         change(&mut changed);
-        compare(&grid, &one, &changed).wrong.len()
+        // Of several complaints about a cell the first counts.
+        let wrong = compare(&grid, &one, &changed).wrong;
+        wrong.iter().map(|it| it.split(':').next()).collect::<std::collections::HashSet<_>>().len()
     };
     assert_eq!(change(&|read| read.occupied[full / 32] ^= 1 << (full % 32)), 1, "one too few");
     assert_eq!(
@@ -320,4 +325,10 @@ fn the_comparison_sees_a_cell_too_many_one_too_few_and_a_wrong_plane() {
     let two = marked.iter().copied().find(|&cell| is_corner(cell)).unwrap();
     assert_eq!(change(&|read| read.planes[2 * two + 1].triangle = 0), 1, "a second plane that is lost");
     assert_eq!(change(&|read| read.planes[2 * two + 1] = read.planes[2 * two]), 1, "one that is the first");
+    assert_eq!(
+        change(&|read| read.extents[full] = [Extent::default(); 3]),
+        1,
+        "a plane that stands for nothing"
+    );
+    assert_eq!(change(&|read| read.extents[full] = [Extent::ALL; 3]), 1, "planes that stand for all");
 }

@@ -13,7 +13,7 @@ mod raster;
 use common::TestGpu;
 use glam::{vec3, Mat4, UVec3, Vec3};
 use whitecap::{
-    cells::{Cells, Grid, Read},
+    cells::{Cells, Extent, Grid, Read},
     gpu::Access,
     mesh::{shapes, Body, Mesh, Meshes},
     random,
@@ -76,10 +76,11 @@ pub fn as_one(bodies: &[Body]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
 pub struct Compared {
     pub marked: usize,
     pub undecided: usize,
+    pub undecided_extents: usize,
     pub wrong: Vec<String>,
 }
 
-/// Cells of the device against the twin's: occupancy, planes, and which triangles they are of. A cell is undecided if f64
+/// Cells of the device against the twin's: occupancy, planes, which triangles they are of, and where those lie in them. A cell is undecided if f64
 /// finds the triangle within rounding of touching its box.
 pub fn compare(grid: &Grid, (at, triangles): &(Vec<Vec3>, Vec<[u32; 3]>), read: &Read) -> Compared {
     let voxels = cpu::mark(grid, at, triangles);
@@ -160,6 +161,20 @@ pub fn compare(grid: &Grid, (at, triangles): &(Vec<Vec3>, Vec<[u32; 3]>), read: 
             let sine = sine(shape);
             if apart > 1e-5 + 4e-7 / sine || off > 1e-4 + 1e-6 / sine {
                 fail(format!("plane of {t}: {plane:?}, want {want:?}"));
+            }
+        }
+        let of = |slot: usize| planes.get(slot).map(|plane| plane.triangle - 1);
+        let within = |more: f64| voxels.extents(grid, cell, [of(0), of(1)], more);
+        let (got, least, most) = (read.extents[cell], within(-2e-3), within(2e-3));
+        let all = |extents: [Extent; 3]| extents.iter().fold(0, |all, extent| all | extent.0);
+        let is_between = |least: u32, got: u32, most: u32| least & !got == 0 && got & !most == 0;
+        if !(0..3).all(|k| is_between(least[k].0, got[k].0, most[k].0)) {
+            // To which of two planes a triangle is nearer, and whether one that touches the cell is in it, may be undecided.
+            let touches = want.iter().any(|&(t, _)| is_close(gap(t)));
+            if touches || is_between(all(least), all(got), all(most)) {
+                out.undecided_extents += 1;
+            } else {
+                fail(format!("extents {got:x?}, want {least:x?} to {most:x?}"));
             }
         }
     }

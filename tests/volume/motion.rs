@@ -67,7 +67,8 @@ fn marking_what_moves_is_marking_all_to_the_bit() {
     let bodies = scene();
     let all: Vec<Body> = bodies.iter().map(|body| Body { moves: true, ..body.clone() }).collect();
     let (part, whole) = (Rig::new(&gpu, grid, &bodies), Rig::new(&gpu, grid, &all));
-    let (mut mixed, mut before) = (0, Vec::new());
+    let (mut mixed, mut seconds, mut beside) = (0, 0, 0);
+    let mut before: Option<Read> = None;
     for frame in 0..6 {
         let time_s = 0.15 * frame as f32;
         let now = worlds(&bodies, time_s);
@@ -80,15 +81,24 @@ fn marking_what_moves_is_marking_all_to_the_bit() {
         let moves = |triangle: u32| {
             part.meshes.parts().iter().any(|it| it.moves && it.triangles.contains(&(triangle - 1)))
         };
-        mixed += got
-            .marked()
-            .iter()
-            .filter(|&&cell| matches!(got.planes_of(cell), [a, b] if moves(a.triangle) && !moves(b.triangle)))
-            .count();
-        assert_ne!(before, got.occupied, "nothing moves");
-        before = got.occupied;
+        let count = |is: &dyn Fn(usize) -> bool| got.marked().iter().filter(|&&cell| is(cell)).count();
+        let move_of =
+            |cell: usize| got.planes_of(cell).iter().map(|it| moves(it.triangle)).collect::<Vec<_>>();
+        mixed += count(&|cell| move_of(cell) == [true, false]);
+        seconds += count(&|cell| move_of(cell) == [false, true]);
+        if let Some(before) = before {
+            assert_ne!(before.occupied, got.occupied, "nothing moves");
+            // Both planes are the still meshes', and something that moves has come or gone.
+            beside += count(&|cell| {
+                !move_of(cell).contains(&true)
+                    && before.planes_of(cell) == got.planes_of(cell)
+                    && before.extents[cell] != got.extents[cell]
+            });
+        }
+        before = Some(got);
     }
     assert!(mixed > 50, "{mixed} cells have a moving plane before one that does not");
+    assert!(seconds > 10 && beside > 10, "{seconds} behind one, {beside} with what moves beside both");
 }
 
 #[test]

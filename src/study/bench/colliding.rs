@@ -129,7 +129,7 @@ fn check(gpu: &Gpu, variant: &str) -> Result<()> {
     let mut arena = room(gpu, variant, 2048)?;
     arena.steps(STEPS, DT_S)?;
     let (law, read) = (*arena.law(), arena.surroundings.cells().read(gpu)?);
-    let near = cpu_colliding::near(&law.grid, &read.occupied, &read.planes, REACH);
+    let near = cpu_colliding::near(&law.grid, &read, REACH);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
     let twin = Law { law: &law, method: method_of(variant), scene, tick: 0, step_s: DT_S as f32 };
     let mut want = crowd(&law.grid, 2048);
