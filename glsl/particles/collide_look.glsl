@@ -11,7 +11,8 @@ float elapsed_at(float left_s) {
     return elapsed;
 }
 
-// What a plane may reach beyond its cell: the particle's radius, what of it is felt there, and what the surface moves from where the cells have it.
+// What a plane may reach beyond its cell: the particle's radius, what of it is felt there, and what the surface moves from where
+// the cells have it.
 float padding_m(float left_s, float elapsed_s) {
     precise float most_s = max(abs(elapsed_s), abs(elapsed_s + left_s));
     precise float pad = ((law.radius_m + law.slack_m) + BEYOND * law.grid.cell_m) + law.surface_mps * most_s;

@@ -4,8 +4,8 @@
 // `reach`: four bits for the least corner of each cell. A particle whose way in a step does not come out of that many needs no
 // other look. (Of a cell's middle it would tell less: most ways are in two cells of an axis.) Axis by axis: along x from the bits of
 // `Occupied`, then the least, over the cells along y and z, of the greater of how far they are and what they have. Behind
-// them four words a cell: where its planes are felt, and which are met in it, its own and those it lacks and a cell beside it
-// has. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is met round it. An
+// them four words a cell: its extents, which are copied so that a sweep has all it looks up in one buffer, and which planes are met
+// in it, its own and those it lacks and a cell beside it has. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is met round it. An
 // invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
 // CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
@@ -39,7 +39,7 @@ uint index_of(ivec3 cell) { return uint(cell.x) + p.cells_x * (uint(cell.y) + p.
 ivec3 cell_at(uint i) { return ivec3(i % p.cells_x, i / p.cells_x % p.cells_y, i / p.cells_x / p.cells_y); }
 
 // Number k of the planes that may be met in a cell, seen from there. Not there: `triangle` is 0.
-Plane met_at(ivec3 cell, uint k) {
+Plane plane_met(ivec3 cell, uint k) {
     ivec3 stored = cell_of_met(cell, k);
     Plane plane;
     plane.triangle = 0u;
@@ -56,11 +56,11 @@ uint met_in(ivec3 cell) {
     uint met = 3u;
     if (extents[3u * i + 2u] == 0u) return met;
     for (uint k = 2u; k < 14u; ++k) {
-        Plane lent = met_at(cell, k);
+        Plane lent = plane_met(cell, k);
         if (lent.triangle == 0u || !is_missing(lent, one, two, p.cell_m)) continue;
         bool is_new = true;
         for (uint bits = met & ~3u; bits != 0u && is_new; bits &= bits - 1u)
-            is_new = !is_alike(lent, met_at(cell, uint(findLSB(bits))), p.cell_m);
+            is_new = !is_alike(lent, plane_met(cell, uint(findLSB(bits))), p.cell_m);
         if (is_new) met |= 1u << k;
     }
     return met;
@@ -79,7 +79,7 @@ uint slab_round(ivec3 corner) {
             ivec3 cell = corner - ivec3(c & 1u, c >> 1u & 1u, c >> 2u);
             if (!in_box(cell) || !is_occupied(index_of(cell))) continue;
             for (uint bits = from[words + 4u * index_of(cell) + 3u]; bits != 0u; bits &= bits - 1u) {
-                Plane met = met_at(cell, uint(findLSB(bits)));
+                Plane met = plane_met(cell, uint(findLSB(bits)));
                 if (pass == 0u) {
                     precise vec3 next = sum + (dotted(sum, met.normal) < 0.0 ? -met.normal : met.normal);
                     sum = next;

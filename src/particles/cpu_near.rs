@@ -95,7 +95,7 @@ impl Around<'_> {
         self.cells.planes_of(self.grid.index(cell)?).get(slot).copied()
     }
 
-    /// Number k of the planes that may be met in a cell, seen from there: twin of `met_at` in `near.comp`.
+    /// Number k of the planes that may be met in a cell, seen from there: twin of `plane_met`.
     fn met(&self, cell: IVec3, k: usize) -> Option<Plane> {
         let stored = cell_of_met(cell, k);
         let mut plane = self.plane(stored, k & 1)?;
