@@ -24,6 +24,7 @@ struct Box {
     ivec3 first;
     ivec3 last;
     ivec3 corner;
+    vec3 low, high;  // where feet on planes can be (cells)
 };
 
 // Those that the way between two places, `pad_m` wide, touches.
@@ -34,7 +35,9 @@ Box box_of(vec3 from_m, vec3 to_m, vec3 pad_m) {
     vec3 from = clamp(cell_place(law.grid, low), vec3(0.0), most), to = clamp(cell_place(law.grid, high), vec3(-1.0), most);
     ivec3 first = ivec3(floor(from)), last = min(ivec3(floor(to)), grid_cells(law.grid) - 1);
     precise vec3 middle = 0.5 * (from + to) + 0.5;
-    return Box(first, last, clamp(ivec3(floor(middle)), ivec3(0), grid_cells(law.grid) - 1));
+    ivec3 corner = clamp(ivec3(floor(middle)), ivec3(0), grid_cells(law.grid) - 1);
+    vec3 less = vec3(BEYOND - 2.0 * RIM);
+    return Box(first, last, corner, cell_place(law.grid, low) + less, cell_place(law.grid, high) - less);
 }
 
 // By how many cells the box may move before it can touch an occupied one; below 0: it touches one, or so it seems.
@@ -45,27 +48,28 @@ int room_of(Box box) {
 }
 
 // Whether nothing can be in the way of a particle in this step, by one word of the corner of cells that is nearest to the middle of its
-// way: no occupied cell is in reach, or the way is on one side of the slab in which all lies that is met there. Cells are wider than
-// what they hold: of those near occupied ones, two in three pass by. Wider than the sweep by a RIM, for what is rounded
-// otherwise: who waits for nothing is moved the same.
+// way: no occupied cell is in reach, or the way is on one side of the slab in which all is felt that is felt within a cell of the
+// corner. Cells are wider than what they hold: of those near occupied ones, two in three pass by. Wider than the sweep by a RIM, for
+// what is rounded otherwise: who waits for nothing is moved the same.
 bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     float step_s = law_step_s(), per_m = 1.0 / law.grid.cell_m;
     float most_s = max(law.lead_s, abs(step_s - law.lead_s));
     float pad = ((law.radius_m + law.slack_m) + law.surface_mps * most_s) * per_m + 2.0 * RIM;
     vec3 bulge = abs(pull_mps2) * (0.125 * step_s * step_s * per_m), half_way = 0.5 * (to_m - from_m);
     vec3 place = ((from_m + half_way) - grid_low_m(law.grid)) * per_m;
-    vec3 reach = abs(half_way) * per_m + (pad + BEYOND + bulge);
+    vec3 reach = abs(half_way) * per_m + (pad + bulge);
     ivec3 corner = clamp(ivec3(round(place)), ivec3(0), grid_cells(law.grid) - 1);
     vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
     float farthest = max(max(out_of.x, out_of.y), out_of.z);
     uint slab = slab_at(law.grid, cell_index(law.grid, corner));
-    if (float(slab & 15u) > farthest) return true;
-    if (farthest < 1.0) {  // in the eight cells round the corner
+    if (float(slab & 15u) > farthest + BEYOND) return true;
+    if (farthest < 1.0) {
         vec3 n = normal_of_slab(slab);
         vec2 lies = bounds_of_slab(slab);
         float middle = dot(n, from_corner);
         float along = abs(dot(n, half_way)) * per_m + dot(abs(n), bulge) + pad * length(n);
         return middle - along > lies.y || middle + along < lies.x;
     }
+    reach += BEYOND;
     return any(lessThan(place + reach, vec3(0.0))) || any(greaterThan(place - reach, vec3(grid_cells(law.grid))));
 }

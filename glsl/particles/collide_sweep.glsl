@@ -46,16 +46,15 @@ float fall_s(float c, float w, float a) {
     return back;
 }
 
-// Where a plane is felt: in a cell, which of its extents.
+// Where a plane is felt: in a cell, an extent.
 struct Window {
     vec3 centre_m;
-    uint extent;  // place in `near`
+    uint extent;
 };
 
 // Whether a plane is there, at `foot_m` from the middle of its window.
 bool is_there(vec3 foot_m, Window window) {
-    // Of several planes, only the first is left to stand for all there is.
-    return is_in_extent(method == METHOD_TWO ? near[window.extent] : EXTENT_ALL, foot_m, law.grid.cell_m);
+    return is_in_extent(window.extent, foot_m, law.grid.cell_m);
 }
 
 // Whether the foot of the particle on a plane can come into a cell during the leg, which sees it go from `from_m` to `to_m`: of
@@ -109,11 +108,19 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     }
 }
 
-// Numbers of the planes that are met in an occupied cell, as bits.
-uint met_at(uint home) { return method == METHOD_TWO ? near[met_from(law.grid, home) + 3u] : 1u; }
+bool has_any(uint extent) { return (extent & 0x3ffu) != 0u && (extent & 0xffc00u) != 0u && (extent >> 20u) != 0u; }
 
-Window window_of(ivec3 cell, uint home, uint k) {
-    return Window(cell_centre_m(law.grid, cell), met_from(law.grid, home) + extent_of_met(k));
+// What of an occupied cell may be felt by one who comes through a box. Most planes that are not felt are so left out before any is read.
+Met met_in_box(ivec3 cell, Box box) {
+    Met met = met_of(law.grid, cell_index(law.grid, cell));
+    // Of several planes, only the first is left to stand for all there is.
+    if (method == METHOD_ONE) met = Met(uvec3(met.extents.x | met.extents.y | met.extents.z, 0u, 0u), 1u);
+    vec3 centre = vec3(cell) + 0.5;
+    uint felt = extent_of(box.low - centre, box.high - centre);
+    if (!has_any(met.extents.x & felt)) met.planes &= ~1u;
+    if (!has_any(met.extents.y & felt)) met.planes &= ~2u;
+    if (!has_any(met.extents.z & felt)) met.planes &= 3u;
+    return met;
 }
 
 // Cells of a box that are looked at together: 2 x 2 rows of 8, a bit each, x counting fastest, and whose bits are read at once.
@@ -148,12 +155,12 @@ void meet_box(Leg leg, Box box, bool asks_deep, inout Hit hit, inout bool is_dee
     for (ivec3 block = box.first; block.z <= box.last.z; to_next_block(block, box)) {
         for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
             ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
-            uint home = cell_index(law.grid, cell);
-            for (uint met = met_at(home); met != 0u; met &= met - 1u) {
-                uint k = uint(findLSB(met));
+            Met met = met_in_box(cell, box);
+            for (uint left = met.planes; left != 0u; left &= left - 1u) {
+                uint k = uint(findLSB(left));
                 ivec3 stored = cell_of_met(cell, k);
                 uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
-                Window window = window_of(cell, home, k);
+                Window window = Window(cell_centre_m(law.grid, cell), extent_of_met(met, k));
                 meet(leg, plane, cell_centre_m(law.grid, stored), window, asks_deep, hit, is_deep);
             }
         }
@@ -167,9 +174,9 @@ vec3 depth_in(Leg leg, Box box) {
     for (ivec3 block = box.first; block.z <= box.last.z; to_next_block(block, box)) {
         for (uint cells = occupied_in_block(block, box); cells != 0u; cells &= cells - 1u) {
             ivec3 cell = cell_in_block(block, uint(findLSB(cells)));
-            uint home = cell_index(law.grid, cell);
-            for (uint met = met_at(home); met != 0u; met &= met - 1u) {
-                uint k = uint(findLSB(met));
+            Met met = met_in_box(cell, box);
+            for (uint left = met.planes; left != 0u; left &= left - 1u) {
+                uint k = uint(findLSB(left));
                 ivec3 stored = cell_of_met(cell, k);
                 uint plane = 2u * cell_index(law.grid, stored) + (k & 1u);
                 vec3 front = planes[plane].normal, u = velocity_of(plane);
@@ -180,7 +187,7 @@ vec3 depth_in(Leg leg, Box box) {
                 precise float more = (law.radius_m - d) - dotted(deep_m, n);
                 precise float shallow = law.radius_m - law.slack_m;
                 if (!(d < shallow) || !(more > 0.0)) continue;
-                Window window = window_of(cell, home, k);
+                Window window = Window(cell_centre_m(law.grid, cell), extent_of_met(met, k));
                 precise vec3 foot = (leg.at_m - (window.centre_m + u * leg.elapsed_s)) - n * d;
                 if (!is_there(foot, window)) continue;
                 precise vec3 sum = deep_m + n * more;

@@ -5,7 +5,7 @@
 // other look. (Of a cell's middle it would tell less: most ways are in two cells of an axis.) Axis by axis: along x from the bits of
 // `Occupied`, then the least, over the cells along y and z, of the greater of how far they are and what they have. Behind
 // them four words a cell: its extents, which are copied so that a sweep has all it looks up in one buffer, and which planes are met
-// in it, its own and those it lacks and a cell beside it has. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is met round it. An
+// in it, its own and those it lacks and a cell beside it has. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is felt round it. An
 // invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
 // CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
@@ -66,31 +66,65 @@ uint met_in(ivec3 cell) {
     return met;
 }
 
-// The slab in which all lies that is met in the eight cells round a corner: `flies_freely` in collide_look.glsl. Its normal is the
-// mean of the planes'. How far a plane goes along it, no farther than it is felt: n.y over all y with m.y = -d and |y| <= h is
-// at most -l d + h |n - l m| (norm 1), whatever l is; n.m is a good one.
+// A plane where it is felt within a cell of a corner, in cells from there.
+struct Felt {
+    vec3 normal;
+    float distance;  // of the middle of the box from the plane, along the normal
+    vec3 middle;     // of the box in which it is felt
+    vec3 half_size;
+};
+
+// Whether plane `k` of those that are met in a cell is felt there.
+bool is_felt_round(ivec3 corner, ivec3 cell, uint k, out Felt felt) {
+    uint word = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u + 4u * index_of(cell);
+    uint extent = from[word + min(k, 2u)];
+    if (k == 0u) extent |= from[word + 1u] | from[word + 2u];  // where it stands alone for all there is: METHOD_ONE
+    if (extent == 0u) return false;
+    uvec3 bins = uvec3(extent & 0x3ffu, extent >> 10u & 0x3ffu, extent >> 20u);
+    precise vec3 centre = vec3(cell - corner) + 0.5;
+    precise vec3 low = max((vec3(findLSB(bins)) - 5.0) * 0.125 - 2.0 * RIM, -1.0 - centre);
+    precise vec3 high = min((vec3(findMSB(bins)) - 4.0) * 0.125 + 2.0 * RIM, 1.0 - centre);
+    if (any(greaterThan(low, high))) return false;
+    Plane plane = plane_met(cell, k);
+    precise vec3 middle = 0.5 * (low + high);
+    precise vec3 half_size = 0.5 * (high - low);
+    precise float distance = dotted(plane.normal, middle) + plane.distance_m / p.cell_m;
+    precise vec3 from_corner = centre + middle;
+    felt = Felt(plane.normal, distance, from_corner, half_size);
+    return abs(distance) <= dotted(abs(plane.normal), half_size) + RIM;
+}
+
+// The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
+// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of the planes'. How far one goes along it:
+// n.y over all y in a box of half sizes h round the origin with m.y = -d is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
 uint slab_round(ivec3 corner) {
-    uint words = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u;
     vec3 sum = vec3(0.0), n = vec3(0.0);
     float least = 2.0, most = -2.0;
     uint packed = 0u;
+    ivec3 first = max(corner - 2, ivec3(0)), last = min(corner + 1, ivec3(p.cells_x, p.cells_y, p.cells_z) - 1);
+    uint words = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u;
     for (uint pass = 0u; pass < 2u; ++pass) {
-        for (uint c = 0u; c < 8u; ++c) {
-            ivec3 cell = corner - ivec3(c & 1u, c >> 1u & 1u, c >> 2u);
-            if (!in_box(cell) || !is_occupied(index_of(cell))) continue;
-            for (uint bits = from[words + 4u * index_of(cell) + 3u]; bits != 0u; bits &= bits - 1u) {
-                Plane met = plane_met(cell, uint(findLSB(bits)));
-                if (pass == 0u) {
-                    precise vec3 next = sum + (dotted(sum, met.normal) < 0.0 ? -met.normal : met.normal);
-                    sum = next;
-                    continue;
+        for (int row = 0; row < 16; ++row) {
+            ivec3 cell = ivec3(first.x, corner.y - 2 + (row & 3), corner.z - 2 + (row >> 2));
+            if (any(lessThan(cell, first)) || any(greaterThan(cell, last))) continue;
+            uint cells = occupied_bits(index_of(cell), uint(last.x - first.x + 1));
+            for (; cells != 0u; cells &= cells - 1u) {
+                cell.x = first.x + findLSB(cells);
+                for (uint bits = from[words + 4u * index_of(cell) + 3u]; bits != 0u; bits &= bits - 1u) {
+                    Felt felt;
+                    if (!is_felt_round(corner, cell, uint(findLSB(bits)), felt)) continue;
+                    if (pass == 0u) {
+                        precise vec3 next = sum + (dotted(sum, felt.normal) < 0.0 ? -felt.normal : felt.normal);
+                        sum = next;
+                        continue;
+                    }
+                    precise float along = dotted(n, felt.normal);
+                    vec3 rest = abs(n - felt.normal * along);
+                    precise float spread = dotted(rest, felt.half_size);
+                    precise float middle = dotted(n, felt.middle) - along * felt.distance;
+                    least = min(least, middle - spread);
+                    most = max(most, middle + spread);
                 }
-                precise float along = dotted(n, met.normal);
-                vec3 rest = abs(n - met.normal * along);
-                precise float spread = FELT_HALF * ((rest.x + rest.y) + rest.z);
-                precise float middle = dotted(n, vec3(cell - corner) + 0.5) - along * met.distance_m / p.cell_m;
-                least = min(least, middle - spread);
-                most = max(most, middle + spread);
             }
         }
         if (pass == 0u) {
@@ -160,7 +194,7 @@ void main() {
     if (axis == 4u) {
         if (at >= count) return;
         uint gap = from[at >> 3u] >> (4u * (at & 7u)) & 15u;
-        near[words + 4u * count + at] = gap == 0u ? slab_round(cell_at(at)) : NO_SLAB | gap;
+        near[words + 4u * count + at] = (gap < 2u ? slab_round(cell_at(at)) : NO_SLAB) | gap;
         return;
     }
     if (at >= words) return;

@@ -44,6 +44,14 @@ void take_edge(vec3 from, vec3 way, inout Part part) {
 
 float across(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
 
+// The next axis becomes z; after three turns all is as it was.
+void turn(inout Part part) {
+    part.one.xyz = part.one.yzx;
+    part.two.xyz = part.two.yzx;
+    part.low = part.low.yzx;
+    part.high = part.high.yzx;
+}
+
 // Where the edges of the cell along z go through the triangle.
 void take_rims(vec3 a, vec3 b, vec3 c, vec3 normal, inout Part part) {
     if (abs(normal.z) < 1e-6) return;  // its own edges say it
@@ -57,12 +65,31 @@ void take_rims(vec3 a, vec3 b, vec3 c, vec3 normal, inout Part part) {
     }
 }
 
-// The next axis becomes z; after three turns all is as it was.
-void turn(inout Part part) {
-    part.one.xyz = part.one.yzx;
-    part.two.xyz = part.two.yzx;
-    part.low = part.low.yzx;
-    part.high = part.high.yzx;
+// What of the triangle is in the cell. Most triangles of a fine mesh are small beside a cell: in it, or through one of its faces.
+void take_triangle(vec3 a, vec3 b, vec3 c, vec3 low, vec3 high, inout Part part) {
+    float side = cut_half();
+    bvec3 below = lessThan(low, vec3(-side)), above = greaterThan(high, vec3(side));
+    if (!any(below) && !any(above)) {
+        take(a, part);
+        take(b, part);
+        take(c, part);
+        return;
+    }
+    take_edge(a, b - a, part);
+    take_edge(a, c - a, part);
+    take_edge(b, c - b, part);
+    uvec3 through = uvec3(below) | uvec3(above);  // faces across an axis
+    if (through.x + through.y + through.z < 2u) return;
+    vec3 normal = tri_normal;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        a = a.yzx;
+        b = b.yzx;
+        c = c.yzx;
+        normal = normal.yzx;
+        through = through.yzx;
+        turn(part);
+        if (through.x + through.y == 2u) take_rims(a, b, c, normal, part);
+    }
 }
 
 vec4 plane_from(uint key, vec3 centre) {
@@ -76,29 +103,32 @@ void set_bits(uint word, Part part, vec3 wider) {
     if ((extents[word] & extent) != extent) atomicOr(extents[word], extent);
 }
 
+// Whether all bits that a triangle could set are set: so it is, after the first few of the many small ones of a fine mesh, and where
+// large ones lie on each other.
+bool is_full(uint i, bool has_second, vec3 low, vec3 high) {
+    uint one = extents[3u * i];
+    vec3 widest = vec3(STANDS_FOR + WIDER);
+    uint most = extent_of(max(low, -cut_half()) - widest, min(high, cut_half()) + widest);
+    if (!has_second) return (one & most) == most;
+    return (one & extents[3u * i + 1u]) == EXTENT_ALL && (extents[3u * i + 2u] & most) == most;
+}
+
 void extend(uint t, ivec3 cell) {
     uint i = cell_index(p.grid, cell), first = first_keys[i], second = second_keys[i];
     uvec2 still = still_keys[i];
     second = second_with(first, second, still);
     if (first == EMPTY || (p.only_changed != 0u && uvec2(first, second) == still)) return;
+    vec3 centre = vec3(cell) + 0.5, a = tri_a - centre, b = a + tri_ab, c = a + tri_ac;
+    vec3 low = min(min(a, b), c), high = max(max(a, b), c);
+    bool has_second = second != EMPTY;
+    if (is_full(i, has_second, low, high)) return;
     // Not asked again of the two that won: compiled elsewhere, the same sum may be rounded otherwise.
-    bool is_own = key_triangle(first) == t || (second != EMPTY && key_triangle(second) == t);
+    bool is_own = key_triangle(first) == t || (has_second && key_triangle(second) == t);
     if (!is_own && !overlaps(cell)) return;
 
-    vec3 centre = vec3(cell) + 0.5, a = tri_a - centre, b = a + tri_ab, c = a + tri_ac, normal = tri_normal;
-    vec4 two = second == EMPTY ? vec4(0.0, 0.0, 0.0, 9.0) : plane_from(second, centre);
+    vec4 two = has_second ? plane_from(second, centre) : vec4(0.0, 0.0, 0.0, 9.0);
     Part part = Part(plane_from(first, centre), two, vec3(9.0), vec3(-9.0), 0.0, 0.0);
-    take_edge(a, tri_ab, part);
-    take_edge(a, tri_ac, part);
-    take_edge(b, tri_ac - tri_ab, part);
-    for (uint axis = 0u; axis < 3u; ++axis) {
-        a = a.yzx;
-        b = b.yzx;
-        c = c.yzx;
-        normal = normal.yzx;
-        turn(part);
-        take_rims(a, b, c, normal, part);
-    }
+    take_triangle(a, b, c, low, high, part);
     if (part.low.x > part.high.x) {  // it touches the cell, but for rounding
         vec2 shares = nearest_shares(-a);
         take(clamp(a + shares.x * tri_ab + shares.y * tri_ac, -cut_half(), cut_half()), part);
@@ -106,9 +136,9 @@ void extend(uint t, ivec3 cell) {
     uint slot = part.off_two < part.off_one ? 1u : 0u;
     float off = min(part.off_one, part.off_two);
     vec3 n = slot == 0u ? part.one.xyz : part.two.xyz;
-    bool is_told_apart = off > STANDS_FOR && second != EMPTY;
+    bool is_told_apart = off > STANDS_FOR && has_second;
     set_bits(3u * i + (is_told_apart ? 2u : slot), part, abs(n) * min(off, STANDS_FOR) + WIDER);
     if (!is_told_apart) return;
-    if (abs(dot(part.one.xyz, normal)) > ALIKE) set_bits(3u * i, part, abs(part.one.xyz) * part.off_one + WIDER);
-    if (abs(dot(part.two.xyz, normal)) > ALIKE) set_bits(3u * i + 1u, part, abs(part.two.xyz) * part.off_two + WIDER);
+    if (abs(dot(part.one.xyz, tri_normal)) > ALIKE) set_bits(3u * i, part, abs(part.one.xyz) * part.off_one + WIDER);
+    if (abs(dot(part.two.xyz, tri_normal)) > ALIKE) set_bits(3u * i + 1u, part, abs(part.two.xyz) * part.off_two + WIDER);
 }

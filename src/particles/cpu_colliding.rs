@@ -162,13 +162,13 @@ impl Law<'_> {
         let bulge = law.gravity_mps2.abs() * (0.125 * step * step * per_m);
         let half_way = 0.5 * (moved(it.at_m, it.velocity_mps, law.gravity_mps2, dt_s) - it.at_m);
         let place = ((it.at_m + half_way) - Vec3::from(grid.low_m)) * per_m;
-        let reach = half_way.abs() * per_m + (pad + BEYOND + bulge);
+        let reach = half_way.abs() * per_m + (pad + bulge);
         let cells = UVec3::from(grid.cells).as_ivec3();
         let corner = place.round().as_ivec3().clamp(IVec3::ZERO, cells - 1);
         let from_corner = place - corner.as_vec3();
         let farthest = (from_corner.abs() + reach).max_element();
         let i = grid.index(corner).expect("in the grid");
-        if gap(self.scene.near, i) as f32 > farthest {
+        if gap(self.scene.near, i) as f32 > farthest + BEYOND {
             return true;
         }
         if farthest < 1.0 {
@@ -177,6 +177,7 @@ impl Law<'_> {
             let along = n.dot(half_way).abs() * per_m + n.abs().dot(bulge) + pad * n.length();
             return middle - along > high || middle + along < low;
         }
+        let reach = reach + BEYOND;
         (place + reach).cmplt(Vec3::ZERO).any() || (place - reach).cmpgt(cells.as_vec3()).any()
     }
 
@@ -287,7 +288,7 @@ impl Law<'_> {
             let plane = (number, &self.scene.planes[number]);
             let extent = match self.method {
                 Method::TwoPlanes => extent_of(self.scene.near, grid.count(), i, k),
-                _ => Extent::ALL,
+                _ => Extent((0..3).fold(0, |all, k| all | extent_of(self.scene.near, grid.count(), i, k).0)),
             };
             let window = Window { centre_m: grid.centre_m(cell), extent };
             self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());

@@ -7,6 +7,7 @@ use glam::{vec3, IVec3, Vec3};
 const ALIKE: f32 = 0.985;
 const STANDS_FOR: f32 = 0.15;
 const FELT_HALF: f32 = 0.627;
+const RIM: f32 = 1e-3;
 
 /// Twin of `near.comp`: from every occupied cell outwards, a ring of cells at a time.
 pub fn near(grid: &Grid, cells: &Read, reach: u32) -> Vec<u32> {
@@ -40,13 +41,13 @@ pub fn near(grid: &Grid, cells: &Read, reach: u32) -> Vec<u32> {
         let gap = (0..8).filter_map(touching).map(|cell| gaps[cell]).min().expect("the cell itself");
         near[i / 8] |= gap << (4 * (i % 8));
         let round = Around { grid, cells, cell: grid.cell(i) };
-        near[words + 4 * count + i] = if gap == 0 { round.slab(&near) } else { NO_SLAB | gap };
+        near[words + 4 * count + i] = if gap < 2 { round.slab(&near) } else { NO_SLAB } | gap;
     }
     near
 }
 
 /// Twin of `normal_of_slab` and `bounds_of_slab`: the normal, scaled so that |x| + |y| + z = 1, and between what all lies along it
-/// that is met in the cells round a corner, in cells from there.
+/// that is felt within a cell of a corner, in cells from there.
 pub fn slab(near: &[u32], count: usize, corner: usize) -> (Vec3, [f32; 2]) {
     let word = near[count.div_ceil(8) + 4 * count + corner];
     let [a, b, low, high] = [4, 11, 18, 25].map(|from| ((word << (25 - from)) as i32 >> 25) as f32);
@@ -84,6 +85,14 @@ const SLAB_SIDES: f32 = 63.0;
 const SLAB_STEPS: f32 = 62.0;
 const NO_SLAB: u32 = 0x80fc_0000;
 
+/// Twin of `Felt`.
+struct Felt {
+    normal: Vec3,
+    distance: f32,
+    middle: Vec3,
+    half_size: Vec3,
+}
+
 struct Around<'a> {
     grid: &'a Grid,
     cells: &'a Read,
@@ -103,20 +112,47 @@ impl Around<'_> {
         Some(plane)
     }
 
+    /// Twin of `is_felt_round`, of the cell's least corner.
+    fn felt(&self, near: &[u32], cell: IVec3, k: usize) -> Option<Felt> {
+        let (i, count) = (self.grid.index(cell).expect("in the grid"), self.grid.count());
+        let of = |k| extent_of(near, count, i, k).0;
+        let extent = if k == 0 { of(0) | of(1) | of(2) } else { of(k) };
+        if extent == 0 {
+            return None;
+        }
+        let bins = [0, 10, 20].map(|axis| extent >> axis & 0x3ff);
+        let first = Vec3::from(bins.map(|bins| bins.trailing_zeros() as f32));
+        let last = Vec3::from(bins.map(|bins| bins.ilog2() as f32));
+        let centre = (cell - self.cell).as_vec3() + 0.5;
+        let low = ((first - 5.0) * 0.125 - 2.0 * RIM).max(-1.0 - centre);
+        let high = ((last - 4.0) * 0.125 + 2.0 * RIM).min(1.0 - centre);
+        if low.cmpgt(high).any() {
+            return None;
+        }
+        let plane = self.met(cell, k).expect("it is met");
+        let normal = Vec3::from(plane.normal);
+        let (middle, half_size) = (0.5 * (low + high), 0.5 * (high - low));
+        let distance = dotted(normal, middle) + plane.distance_m / self.grid.cell_m;
+        (distance.abs() <= dotted(normal.abs(), half_size) + RIM).then_some(Felt {
+            normal,
+            distance,
+            middle: centre + middle,
+            half_size,
+        })
+    }
+
     /// Twin of `slab_round`, of the cell's least corner.
     fn slab(&self, near: &[u32]) -> u32 {
         let (grid, count) = (self.grid, self.grid.count());
-        let touching = (0..8).map(|k| self.cell - IVec3::new(k & 1, k >> 1 & 1, k >> 2));
-        let occupied = touching.filter(|cell| grid.index(*cell).is_some_and(|i| self.cells.is_occupied(i)));
+        let around = (0..64).map(|k| self.cell + IVec3::new(k & 3, k >> 2 & 3, k >> 4) - 2);
+        let occupied = around.filter(|cell| grid.index(*cell).is_some_and(|i| self.cells.is_occupied(i)));
         let met = occupied.flat_map(|cell| {
             let bits = met_at(near, count, grid.index(cell).expect("in the grid"));
             (0..14).filter(move |k| bits >> k & 1 != 0).map(move |k| (cell, k))
         });
-        let met: Vec<(IVec3, Plane)> =
-            met.map(|(cell, k)| (cell, self.met(cell, k).expect("it is met"))).collect();
-        let sum = met.iter().fold(Vec3::ZERO, |sum, (_, plane)| {
-            let normal = Vec3::from(plane.normal);
-            sum + if dotted(sum, normal) < 0.0 { -normal } else { normal }
+        let felt: Vec<Felt> = met.filter_map(|(cell, k)| self.felt(near, cell, k)).collect();
+        let sum = felt.iter().fold(Vec3::ZERO, |sum, Felt { normal, .. }| {
+            sum + if dotted(sum, *normal) < 0.0 { -normal } else { *normal }
         });
         let up = if sum.z < 0.0 { -sum } else { sum };
         let length = (up.x.abs() + up.y.abs()) + up.z;
@@ -124,13 +160,10 @@ impl Around<'_> {
         let sides = sides.map(|side| (SLAB_SIDES * side.clamp(-1.0, 1.0)).round_ties_even());
         let n = normal_of_slab(sides);
         let (mut least, mut most) = (2.0f32, -2.0f32);
-        for (cell, plane) in &met {
-            let normal = Vec3::from(plane.normal);
-            let along = dotted(n, normal);
-            let rest = (n - normal * along).abs();
-            let spread = FELT_HALF * ((rest.x + rest.y) + rest.z);
-            let middle =
-                dotted(n, (*cell - self.cell).as_vec3() + 0.5) - along * plane.distance_m / grid.cell_m;
+        for it in &felt {
+            let along = dotted(n, it.normal);
+            let spread = dotted((n - it.normal * along).abs(), it.half_size);
+            let middle = dotted(n, it.middle) - along * it.distance;
             (least, most) = (least.min(middle - spread), most.max(middle + spread));
         }
         let low = (SLAB_STEPS * least.clamp(-1.01, 1.0)).floor();

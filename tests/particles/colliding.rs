@@ -4,7 +4,7 @@
 use crate::common::{gpu, TestGpu};
 use glam::{dvec3, uvec3, vec3, DVec3, IVec3, UVec3, Vec3};
 use whitecap::{
-    cells::{Cells, Grid, Read},
+    cells::{Cells, Extent, Grid, Read},
     gpu::Gpu,
     impact::{cpu::nearest_weights, Impact, Stream},
     mesh::{shapes, Mesh},
@@ -155,24 +155,30 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
     }
 }
 
-/// What is met round a corner of cells, in f64, lies in the slab that is known there; and of a level ground that slab is thin.
+/// What is felt within a cell of a corner, in f64, lies in the slab that is known there; and of a level ground that slab is thin.
 #[test]
 fn a_slab_holds_all_that_lies_round_a_corner() {
-    let (grid, mut looked, mut lent) = (grid(), 0, 0);
+    let (grid, mut looked, mut lent, mut beyond) = (grid(), 0, 0, 0);
     for (triangles, thickest) in [(mixed(), 2.1), (ground(-0.61), 0.03)] {
         let read = fill(&grid, &triangles);
         let near = cpu_colliding::near(&grid, &read, 2);
-        for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 == 0) {
+        for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 < 2) {
             let (n, [low, high]) = cpu_colliding::slab(&near, grid.count(), corner);
             let (n, low, high) = (n.as_dvec3(), f64::from(low), f64::from(high));
             assert!((n.abs().element_sum() - 1.0).abs() < 1e-6 && high - low <= thickest, "{n} {low} {high}");
-            for k in 0..8 {
-                let cell = grid.cell(corner) - IVec3::new(k & 1, k >> 1 & 1, k >> 2);
+            for k in 0..64 {
+                let cell = grid.cell(corner) + IVec3::new(k & 3, k >> 2 & 3, k >> 4) - 2;
                 let Some(i) = grid.index(cell).filter(|i| read.occupied[i / 32] >> (i % 32) & 1 != 0) else {
                     continue;
                 };
                 for (stored, slot) in cpu_colliding::met_in(&grid, &near, cell) {
                     let plane = read.planes[2 * grid.index(stored).unwrap() + slot];
+                    let extents = read.extents[i];
+                    let felt = match (stored == cell, slot) {
+                        (false, _) => extents[2],
+                        (true, 0) => Extent(extents[0].0 | extents[1].0 | extents[2].0), // alone it stands for all
+                        (true, _) => extents[1],
+                    };
                     let m = Vec3::from(plane.normal).as_dvec3();
                     let away = f64::from(plane.distance_m / grid.cell_m) + m.dot((cell - stored).as_dvec3());
                     for s in 0..40 {
@@ -181,7 +187,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                         let y = y - m * (m.dot(y) + away);
                         let from_corner = y + 0.5 + (cell - grid.cell(corner)).as_dvec3();
                         // Felt there, and where someone may be who asks.
-                        if y.abs().max_element() > 0.626 || from_corner.abs().max_element() > 1.0 {
+                        if !felt.has(y.as_vec3(), 1.0) || from_corner.abs().max_element() > 1.0 {
                             continue;
                         }
                         let along = n.dot(from_corner);
@@ -191,6 +197,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                             "{corner} {cell}: {along}, {low} to {high}"
                         );
                         lent += u32::from(stored != cell);
+                        beyond += u32::from(k & 3 == 0 || k & 3 == 3);
                         looked += 1;
                     }
                 }
@@ -198,6 +205,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
         }
     }
     assert!(looked > 10_000 && lent > 100, "{looked} points, {lent} on planes of cells beside");
+    assert!(beyond > 100, "{beyond} points of cells that the corner is none of");
 }
 
 /// Whom the one look lets by meets nothing, at any speed, in a scene whose planes move, also in a part of a step.
