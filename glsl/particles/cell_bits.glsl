@@ -52,6 +52,25 @@ bool is_missing(Plane lent, Plane one, Plane two, float cell_m) {
     return !is_alike(lent, one, cell_m) && !is_alike(lent, two, cell_m) && abs(lent.distance_m) <= half_m;
 }
 
+// What a cell has of planes: the extent in which its first is felt, that of its second, that of those that are lent, which are felt
+// where it has what neither of its own stands for; and which are met, by number, as bits.
+struct Met {
+    uvec3 extents;
+    uint planes;
+};
+
+uint extent_of_met(Met met, uint k) { return k == 0u ? met.extents.x : k == 1u ? met.extents.y : met.extents.z; }
+
+bool has_any(uint extent) { return (extent & 0x3ffu) != 0u && (extent & 0xffc00u) != 0u && (extent >> 20u) != 0u; }
+
+// What is left of it somewhere in the cell.
+Met met_where(Met met, uint extent) {
+    if (!has_any(met.extents.x & extent)) met.planes &= ~1u;
+    if (!has_any(met.extents.y & extent)) met.planes &= ~2u;
+    if (!has_any(met.extents.z & extent)) met.planes &= 3u;
+    return met;
+}
+
 // A slab round a corner of cells, in a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y and x - y; and between
 // what it lies along that, in cells from the corner.
 //     bits 0 to 3: how many cells lie between the corner and the nearest occupied one
@@ -97,19 +116,10 @@ int gap_at(uint corner) { return int(near[corner >> 3u] >> (4u * (corner & 7u)) 
 // Where the four words of a cell are.
 uint met_from(Grid grid, uint cell) { return (grid.cells_x * grid.cells_y * grid.cells_z + 7u) / 8u + 4u * cell; }
 
-// What a cell has of planes: the extent in which its first is felt, that of its second, that of those that are lent, which are felt
-// where it has what neither of its own stands for; and which are met, by number, as bits.
-struct Met {
-    uvec3 extents;
-    uint planes;
-};
-
 Met met_of(Grid grid, uint cell) {
     uint word = met_from(grid, cell);
     return Met(uvec3(near[word], near[word + 1u], near[word + 2u]), near[word + 3u]);
 }
-
-uint extent_of_met(Met met, uint k) { return k == 0u ? met.extents.x : k == 1u ? met.extents.y : met.extents.z; }
 
 uint slab_at(Grid grid, uint corner) {
     uint count = grid.cells_x * grid.cells_y * grid.cells_z;

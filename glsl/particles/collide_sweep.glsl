@@ -108,19 +108,13 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     }
 }
 
-bool has_any(uint extent) { return (extent & 0x3ffu) != 0u && (extent & 0xffc00u) != 0u && (extent >> 20u) != 0u; }
-
 // What of an occupied cell may be felt by one who comes through a box. Most planes that are not felt are so left out before any is read.
 Met met_in_box(ivec3 cell, Box box) {
     Met met = met_of(law.grid, cell_index(law.grid, cell));
     // Of several planes, only the first is left to stand for all there is.
     if (method == METHOD_ONE) met = Met(uvec3(met.extents.x | met.extents.y | met.extents.z, 0u, 0u), 1u);
     vec3 centre = vec3(cell) + 0.5;
-    uint felt = extent_of(box.low - centre, box.high - centre);
-    if (!has_any(met.extents.x & felt)) met.planes &= ~1u;
-    if (!has_any(met.extents.y & felt)) met.planes &= ~2u;
-    if (!has_any(met.extents.z & felt)) met.planes &= 3u;
-    return met;
+    return met_where(met, extent_of(box.low - centre, box.high - centre));
 }
 
 // Cells of a box that are looked at together: 2 x 2 rows of 8, a bit each, x counting fastest, and whose bits are read at once.

@@ -74,12 +74,20 @@ struct Felt {
     vec3 half_size;
 };
 
-// Whether plane `k` of those that are met in a cell is felt there.
-bool is_felt_round(ivec3 corner, ivec3 cell, uint k, out Felt felt) {
+// What is met in an occupied cell, for the corner of cells `corner`: planes of no extent there are left out.
+Met met_round(ivec3 corner, ivec3 cell) {
     uint word = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u + 4u * index_of(cell);
-    uint extent = from[word + min(k, 2u)];
-    if (k == 0u) extent |= from[word + 1u] | from[word + 2u];  // where it stands alone for all there is: METHOD_ONE
-    if (extent == 0u) return false;
+    Met met = Met(uvec3(from[word], from[word + 1u], from[word + 2u]), from[word + 3u]);
+    met.extents.x |= met.extents.y | met.extents.z;  // where it stands alone for all there is: METHOD_ONE
+    // Of cells that the corner is none of, only what reaches beyond them.
+    ivec3 away = cell - corner;
+    uvec3 bins = uvec3(away.x < -1 ? 0x200u : away.x > 0 ? 0x1u : 0x3ffu, away.y < -1 ? 0x200u : away.y > 0 ? 0x1u : 0x3ffu,
+                       away.z < -1 ? 0x200u : away.z > 0 ? 0x1u : 0x3ffu);
+    return met_where(met, bins.x | bins.y << 10u | bins.z << 20u);
+}
+
+// Whether plane `k` of those that are met in a cell is felt within a cell of a corner.
+bool is_felt_round(ivec3 corner, ivec3 cell, uint k, uint extent, out Felt felt) {
     uvec3 bins = uvec3(extent & 0x3ffu, extent >> 10u & 0x3ffu, extent >> 20u);
     precise vec3 centre = vec3(cell - corner) + 0.5;
     precise vec3 low = max((vec3(findLSB(bins)) - 5.0) * 0.125 - 2.0 * RIM, -1.0 - centre);
@@ -94,42 +102,59 @@ bool is_felt_round(ivec3 corner, ivec3 cell, uint k, out Felt felt) {
     return abs(distance) <= dotted(abs(plane.normal), half_size) + RIM;
 }
 
+// The 64 cells round a corner, x counting fastest, then y.
+ivec3 cell_round(ivec3 corner, uint which) { return corner - 2 + ivec3(which & 3u, which >> 2u & 3u, which >> 4u); }
+
+const uvec2 OWN = uvec2(0x06600000u, 0x00000660u);  // the eight that the corner is one of
+
+// Those that are occupied, as bits.
+uvec2 occupied_round(ivec3 corner) {
+    uvec2 cells = uvec2(0u);
+    int first = max(corner.x - 2, 0), count = min(corner.x + 2, int(p.cells_x)) - first;
+    for (uint row = 0u; row < 16u; ++row) {
+        ivec3 cell = ivec3(first, cell_round(corner, 4u * row).yz);
+        if (in_box(cell)) cells[row >> 3u] |= occupied_bits(index_of(cell), uint(count)) << (4u * (row & 7u) + uint(first - corner.x + 2));
+    }
+    return cells;
+}
+
+uint take_lowest(inout uvec2 bits) {
+    uint word = bits.x != 0u ? 0u : 1u, at = uint(findLSB(bits[word]));
+    bits[word] &= bits[word] - 1u;
+    return 32u * word + at;
+}
+
 // The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
-// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of the planes'. How far one goes along it:
+// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of those of the corner's own eight. How far one goes along it:
 // n.y over all y in a box of half sizes h round the origin with m.y = -d is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
 uint slab_round(ivec3 corner) {
-    vec3 sum = vec3(0.0), n = vec3(0.0);
-    float least = 2.0, most = -2.0;
-    uint packed = 0u;
-    ivec3 first = max(corner - 2, ivec3(0)), last = min(corner + 1, ivec3(p.cells_x, p.cells_y, p.cells_z) - 1);
-    uint words = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u;
-    for (uint pass = 0u; pass < 2u; ++pass) {
-        for (int row = 0; row < 16; ++row) {
-            ivec3 cell = ivec3(first.x, corner.y - 2 + (row & 3), corner.z - 2 + (row >> 2));
-            if (any(lessThan(cell, first)) || any(greaterThan(cell, last))) continue;
-            uint cells = occupied_bits(index_of(cell), uint(last.x - first.x + 1));
-            for (; cells != 0u; cells &= cells - 1u) {
-                cell.x = first.x + findLSB(cells);
-                for (uint bits = from[words + 4u * index_of(cell) + 3u]; bits != 0u; bits &= bits - 1u) {
-                    Felt felt;
-                    if (!is_felt_round(corner, cell, uint(findLSB(bits)), felt)) continue;
-                    if (pass == 0u) {
-                        precise vec3 next = sum + (dotted(sum, felt.normal) < 0.0 ? -felt.normal : felt.normal);
-                        sum = next;
-                        continue;
-                    }
-                    precise float along = dotted(n, felt.normal);
-                    vec3 rest = abs(n - felt.normal * along);
-                    precise float spread = dotted(rest, felt.half_size);
-                    precise float middle = dotted(n, felt.middle) - along * felt.distance;
-                    least = min(least, middle - spread);
-                    most = max(most, middle + spread);
-                }
-            }
+    uvec2 cells = occupied_round(corner), own = cells & OWN;
+    vec3 sum = vec3(0.0);
+    for (uvec2 rest = own != uvec2(0u) ? own : cells; rest != uvec2(0u);) {
+        ivec3 cell = cell_round(corner, take_lowest(rest));
+        Met met = met_round(corner, cell);
+        for (uint bits = met.planes; bits != 0u; bits &= bits - 1u) {
+            vec3 m = plane_met(cell, uint(findLSB(bits))).normal;
+            precise vec3 next = sum + (dotted(sum, m) < 0.0 ? -m : m);
+            sum = next;
         }
-        if (pass == 0u) {
-            packed = slab_normal(sum);
-            n = normal_of_slab(packed);
+    }
+    uint packed = slab_normal(sum);
+    vec3 n = normal_of_slab(packed);
+    float least = 2.0, most = -2.0;
+    while (cells != uvec2(0u)) {
+        ivec3 cell = cell_round(corner, take_lowest(cells));
+        Met met = met_round(corner, cell);
+        for (uint bits = met.planes; bits != 0u; bits &= bits - 1u) {
+            uint k = uint(findLSB(bits));
+            Felt felt;
+            if (!is_felt_round(corner, cell, k, extent_of_met(met, k), felt)) continue;
+            precise float along = dotted(n, felt.normal);
+            vec3 rest = abs(n - felt.normal * along);
+            precise float spread = dotted(rest, felt.half_size);
+            precise float middle = dotted(n, felt.middle) - along * felt.distance;
+            least = min(least, middle - spread);
+            most = max(most, middle + spread);
         }
     }
     return packed | slab_bounds(least, most);

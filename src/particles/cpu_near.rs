@@ -112,14 +112,23 @@ impl Around<'_> {
         Some(plane)
     }
 
-    /// Twin of `is_felt_round`, of the cell's least corner.
-    fn felt(&self, near: &[u32], cell: IVec3, k: usize) -> Option<Felt> {
+    /// Twin of `met_round`: the extent of a plane that is met in a cell, if any of it is felt within a cell of the cell's least corner.
+    fn reach(&self, near: &[u32], cell: IVec3, k: usize) -> Option<u32> {
         let (i, count) = (self.grid.index(cell).expect("in the grid"), self.grid.count());
         let of = |k| extent_of(near, count, i, k).0;
         let extent = if k == 0 { of(0) | of(1) | of(2) } else { of(k) };
-        if extent == 0 {
-            return None;
-        }
+        // Of cells that the corner is none of, only what reaches beyond them.
+        let reaches = |axis: usize| match (cell - self.cell)[axis] {
+            -2 => 1 << 9,
+            1 => 1,
+            _ => 0x3ff,
+        };
+        (0..3).all(|axis| extent >> (10 * axis) & reaches(axis) != 0).then_some(extent)
+    }
+
+    /// Twin of `is_felt_round`, of the cell's least corner.
+    fn felt(&self, near: &[u32], cell: IVec3, k: usize) -> Option<Felt> {
+        let extent = self.reach(near, cell, k)?;
         let bins = [0, 10, 20].map(|axis| extent >> axis & 0x3ff);
         let first = Vec3::from(bins.map(|bins| bins.trailing_zeros() as f32));
         let last = Vec3::from(bins.map(|bins| bins.ilog2() as f32));
@@ -150,10 +159,20 @@ impl Around<'_> {
             let bits = met_at(near, count, grid.index(cell).expect("in the grid"));
             (0..14).filter(move |k| bits >> k & 1 != 0).map(move |k| (cell, k))
         });
-        let felt: Vec<Felt> = met.filter_map(|(cell, k)| self.felt(near, cell, k)).collect();
-        let sum = felt.iter().fold(Vec3::ZERO, |sum, Felt { normal, .. }| {
-            sum + if dotted(sum, *normal) < 0.0 { -normal } else { *normal }
-        });
+        let met: Vec<(IVec3, usize)> = met.collect();
+        let is_own = |cell: IVec3| {
+            (self.cell - cell).cmpge(IVec3::ZERO).all() && (self.cell - cell).cmple(IVec3::ONE).all()
+        };
+        let has_own = met.iter().any(|(cell, _)| is_own(*cell));
+        let counts = met.iter().filter(|(cell, _)| is_own(*cell) == has_own);
+        let sum = counts.filter(|(cell, k)| self.reach(near, *cell, *k).is_some()).fold(
+            Vec3::ZERO,
+            |sum, (cell, k)| {
+                let normal = Vec3::from(self.met(*cell, *k).expect("it is met").normal);
+                sum + if dotted(sum, normal) < 0.0 { -normal } else { normal }
+            },
+        );
+        let felt: Vec<Felt> = met.iter().filter_map(|(cell, k)| self.felt(near, *cell, *k)).collect();
         let up = if sum.z < 0.0 { -sum } else { sum };
         let length = (up.x.abs() + up.y.abs()) + up.z;
         let sides = if length > 0.0 { [(up.x + up.y) / length, (up.x - up.y) / length] } else { [0.0; 2] };
