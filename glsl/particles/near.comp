@@ -113,15 +113,18 @@ uvec2 occupied_round(ivec3 corner) {
     int first = max(corner.x - 2, 0), count = min(corner.x + 2, int(p.cells_x)) - first;
     for (uint row = 0u; row < 16u; ++row) {
         ivec3 cell = ivec3(first, cell_round(corner, 4u * row).yz);
-        if (in_box(cell)) cells[row >> 3u] |= occupied_bits(index_of(cell), uint(count)) << (4u * (row & 7u) + uint(first - corner.x + 2));
+        if (!in_box(cell)) continue;
+        uint bits = occupied_bits(index_of(cell), uint(count)) << (4u * (row & 7u) + uint(first - corner.x + 2));
+        if (row < 8u) cells.x |= bits;
+        else cells.y |= bits;
     }
     return cells;
 }
 
 uint take_lowest(inout uvec2 bits) {
-    uint word = bits.x != 0u ? 0u : 1u, at = uint(findLSB(bits[word]));
-    bits[word] &= bits[word] - 1u;
-    return 32u * word + at;
+    uint at = uint(bits.x != 0u ? findLSB(bits.x) : 32 + findLSB(bits.y));
+    bits = bits.x != 0u ? uvec2(bits.x & (bits.x - 1u), bits.y) : uvec2(0u, bits.y & (bits.y - 1u));
+    return at;
 }
 
 // The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
@@ -206,22 +209,33 @@ uint gaps_across(uint word, uint count) {
     return gaps;
 }
 
+// Where planes are looked at, each workgroup has a brick of 4 x 4 x 4 cells: what takes long lies on surfaces, and they fill bricks, as they
+// do not fill rows.
+ivec3 cell_in_brick(uint group) {
+    uvec3 bricks = (uvec3(p.cells_x, p.cells_y, p.cells_z) + 3u) / 4u;
+    uvec3 brick = uvec3(group % bricks.x, group / bricks.x % bricks.y, group / bricks.x / bricks.y);
+    uint lane = gl_LocalInvocationIndex;
+    return ivec3(4u * brick + uvec3(lane & 3u, lane >> 2u & 3u, lane >> 4u));
+}
+
 void main() {
-    uint at = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     uint count = p.cells_x * p.cells_y * p.cells_z, words = (count + 7u) / 8u;
-    if (axis == 3u) {
-        if (at >= count) return;
-        bool has = is_occupied(at);
-        for (uint k = 0u; k < 3u; ++k) near[words + 4u * at + k] = has ? extents[3u * at + k] : 0u;
-        near[words + 4u * at + 3u] = has ? met_in(cell_at(at)) : 0u;
+    if (axis >= 3u) {
+        ivec3 cell = cell_in_brick(group);
+        if (!in_box(cell)) return;
+        uint at = index_of(cell);
+        if (axis == 3u) {
+            bool has = is_occupied(at);
+            for (uint k = 0u; k < 3u; ++k) near[words + 4u * at + k] = has ? extents[3u * at + k] : 0u;
+            near[words + 4u * at + 3u] = has ? met_in(cell) : 0u;
+        } else {
+            uint gap = from[at >> 3u] >> (4u * (at & 7u)) & 15u;
+            near[words + 4u * count + at] = (gap < 2u ? slab_round(cell) : NO_SLAB) | gap;
+        }
         return;
     }
-    if (axis == 4u) {
-        if (at >= count) return;
-        uint gap = from[at >> 3u] >> (4u * (at & 7u)) & 15u;
-        near[words + 4u * count + at] = (gap < 2u ? slab_round(cell_at(at)) : NO_SLAB) | gap;
-        return;
-    }
+    uint at = 64u * group + gl_LocalInvocationIndex;
     if (at >= words) return;
     uint gaps = 0u;
     if (axis == 0u) {

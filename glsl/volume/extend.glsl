@@ -66,9 +66,9 @@ void take_rims(vec3 a, vec3 b, vec3 c, vec3 normal, inout Part part) {
 }
 
 // What of the triangle is in the cell. Most triangles of a fine mesh are small beside a cell: in it, or through one of its faces.
-void take_triangle(vec3 a, vec3 b, vec3 c, vec3 low, vec3 high, inout Part part) {
-    float side = cut_half();
-    bvec3 below = lessThan(low, vec3(-side)), above = greaterThan(high, vec3(side));
+void take_triangle(vec3 a, vec3 b, vec3 c, inout Part part) {
+    vec3 side = vec3(cut_half());
+    bvec3 below = lessThan(min(min(a, b), c), -side), above = greaterThan(max(max(a, b), c), side);
     if (!any(below) && !any(above)) {
         take(a, part);
         take(b, part);
@@ -113,22 +113,33 @@ bool is_full(uint i, bool has_second, vec3 low, vec3 high) {
     return (one & extents[3u * i + 1u]) == EXTENT_ALL && (extents[3u * i + 2u] & most) == most;
 }
 
-void extend(uint t, ivec3 cell) {
-    uint i = cell_index(p.grid, cell), first = first_keys[i], second = second_keys[i];
-    uvec2 still = still_keys[i];
-    second = second_with(first, second, still);
-    if (first == EMPTY || (p.only_changed != 0u && uvec2(first, second) == still)) return;
-    vec3 centre = vec3(cell) + 0.5, a = tri_a - centre, b = a + tri_ab, c = a + tri_ac;
-    vec3 low = min(min(a, b), c), high = max(max(a, b), c);
-    bool has_second = second != EMPTY;
-    if (is_full(i, has_second, low, high)) return;
-    // Not asked again of the two that won: compiled elsewhere, the same sum may be rounded otherwise.
-    bool is_own = key_triangle(first) == t || (has_second && key_triangle(second) == t);
-    if (!is_own && !overlaps(cell)) return;
+// Keys of the planes of a cell; no first: it is empty.
+uvec2 keys_of(uint i) {
+    uint first = first_keys[i];
+    return uvec2(first, second_with(first, second_keys[i], still_keys[i]));
+}
 
-    vec4 two = has_second ? plane_from(second, centre) : vec4(0.0, 0.0, 0.0, 9.0);
-    Part part = Part(plane_from(first, centre), two, vec3(9.0), vec3(-9.0), 0.0, 0.0);
-    take_triangle(a, b, c, low, high, part);
+// Whether it is any use to `extend` a cell by a triangle.
+bool is_asked(uint t, ivec3 cell) {
+    uint i = cell_index(p.grid, cell);
+    uvec2 keys = keys_of(i);
+    bool has_second = keys.y != EMPTY;
+    if (keys.x == EMPTY || (p.only_changed != 0u && keys == still_keys[i])) return false;
+    vec3 a = tri_a - (vec3(cell) + 0.5), b = a + tri_ab, c = a + tri_ac;
+    if (is_full(i, has_second, min(min(a, b), c), max(max(a, b), c))) return false;
+    // Not asked again of the two that won: compiled elsewhere, the same sum may be rounded otherwise.
+    return key_triangle(keys.x) == t || (has_second && key_triangle(keys.y) == t) || overlaps(cell);
+}
+
+void extend(ivec3 cell) {
+    uint i = cell_index(p.grid, cell);
+    uvec2 keys = keys_of(i);
+    bool has_second = keys.y != EMPTY;
+    vec3 centre = vec3(cell) + 0.5;
+    vec4 two = has_second ? plane_from(keys.y, centre) : vec4(0.0, 0.0, 0.0, 9.0);
+    Part part = Part(plane_from(keys.x, centre), two, vec3(9.0), vec3(-9.0), 0.0, 0.0);
+    vec3 a = tri_a - centre;
+    take_triangle(a, a + tri_ab, a + tri_ac, part);
     if (part.low.x > part.high.x) {  // it touches the cell, but for rounding
         vec2 shares = nearest_shares(-a);
         take(clamp(a + shares.x * tri_ab + shares.y * tri_ac, -cut_half(), cut_half()), part);

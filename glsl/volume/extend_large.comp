@@ -6,7 +6,10 @@ layout(local_size_x = 128) in;
 #define WORK 7
 #define WORK_ACCESS readonly
 #include "volume/work.glsl"
-#define VISIT extend
+void extend_if_asked(uint t, ivec3 cell) {
+    if (is_asked(t, cell)) extend(cell);
+}
+#define VISIT extend_if_asked
 #include "volume/columns.glsl"
 
 void main() {

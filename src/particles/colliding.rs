@@ -268,8 +268,8 @@ impl Surroundings {
                 if axis > 0 && axis != Self::PLANES {
                     rec.barrier(Access::ComputeReadWrite, Access::ComputeReadWrite);
                 }
-                let each = if axis >= Self::PLANES { 1 } else { 8 };
-                let groups = grid.count().div_ceil(each * 64) as u32;
+                let bricks = grid.cells.iter().map(|cells| cells.div_ceil(4)).product();
+                let groups = if axis >= Self::PLANES { bricks } else { grid.count().div_ceil(8 * 64) as u32 };
                 let rows = groups.div_ceil(65_535).max(1);
                 rec.dispatch(pass, [groups.div_ceil(rows) * 64, rows, 1], &params);
             }
