@@ -143,6 +143,18 @@ impl Extent {
         Self(bits.fold(0, |all, bits| all | bits))
     }
 
+    /// The box in which it is, in cells from the centre of its cell; `None` if nowhere.
+    pub fn bounds(self) -> Option<[Vec3; 2]> {
+        let bins = [0, 10, 20].map(|axis| self.0 >> axis & 0x3ff);
+        let side = |bin: [f32; 3]| (Vec3::from(bin) - 0.5 * Self::BINS) * (1.0 / Self::PER_CELL);
+        (!bins.contains(&0)).then(|| {
+            [
+                side(bins.map(|bins| bins.trailing_zeros() as f32)),
+                side(bins.map(|bins| (bins.ilog2() + 1) as f32)),
+            ]
+        })
+    }
+
     /// Whether it has the point that is `from_centre_m` from the centre of its cell: twin of `is_in_extent`.
     pub fn has(self, from_centre_m: Vec3, cell_m: f32) -> bool {
         let place = from_centre_m * (Self::PER_CELL / cell_m) + 0.5 * Self::BINS;

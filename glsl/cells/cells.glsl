@@ -74,6 +74,13 @@ uint extent_of(vec3 low, vec3 high) {
     return bits.x | bits.y << 10u | bits.z << 20u;
 }
 
+// The box in which an extent is that has any bit, in cells from the centre of its cell.
+void bounds_of_extent(uint extent, out vec3 low, out vec3 high) {
+    uvec3 bins = uvec3(extent & 0x3ffu, extent >> 10u & 0x3ffu, extent >> 20u);
+    low = (vec3(findLSB(bins)) - 0.5 * EXTENT_BINS) * (1.0 / EXTENT_PER_CELL);
+    high = (vec3(findMSB(bins) + 1) - 0.5 * EXTENT_BINS) * (1.0 / EXTENT_PER_CELL);
+}
+
 // Whether an extent has the point that is `from_centre_m` from the centre of its cell.
 bool is_in_extent(uint extent, vec3 from_centre_m, float cell_m) {
     precise vec3 place = from_centre_m * (EXTENT_PER_CELL / cell_m) + 0.5 * EXTENT_BINS;

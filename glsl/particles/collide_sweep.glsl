@@ -78,7 +78,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     precise float shallow = radius - slack;
     bool may_be_deep = asks_deep && d < shallow;
     // How low it comes: most do not come near, and are asked no more.
-    float until = leg.left_s;
+    float until = hit.after_s;
     if (a > 0.0 && w < 0.0) until = min(until, -w / a);
     precise float lowest = d + (w * until + a * (0.5 * until * until));
     precise float deeper = d - 0.1 * slack;

@@ -88,10 +88,10 @@ Met met_round(ivec3 corner, ivec3 cell) {
 
 // Whether plane `k` of those that are met in a cell is felt within a cell of a corner.
 bool is_felt_round(ivec3 corner, ivec3 cell, uint k, uint extent, out Felt felt) {
-    uvec3 bins = uvec3(extent & 0x3ffu, extent >> 10u & 0x3ffu, extent >> 20u);
-    precise vec3 centre = vec3(cell - corner) + 0.5;
-    precise vec3 low = max((vec3(findLSB(bins)) - 5.0) * 0.125 - 2.0 * RIM, -1.0 - centre);
-    precise vec3 high = min((vec3(findMSB(bins)) - 4.0) * 0.125 + 2.0 * RIM, 1.0 - centre);
+    vec3 from_low, from_high, centre = vec3(cell - corner) + 0.5;
+    bounds_of_extent(extent, from_low, from_high);
+    precise vec3 low = max(from_low - 2.0 * RIM, -1.0 - centre);
+    precise vec3 high = min(from_high + 2.0 * RIM, 1.0 - centre);
     if (any(greaterThan(low, high))) return false;
     Plane plane = plane_met(cell, k);
     precise vec3 middle = 0.5 * (low + high);

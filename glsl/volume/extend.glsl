@@ -103,14 +103,9 @@ void set_bits(uint word, Part part, vec3 wider) {
     if ((extents[word] & extent) != extent) atomicOr(extents[word], extent);
 }
 
-// Whether all bits that a triangle could set are set: so it is, after the first few of the many small ones of a fine mesh, and where
-// large ones lie on each other.
-bool is_full(uint i, bool has_second, vec3 low, vec3 high) {
-    uint one = extents[3u * i];
-    vec3 widest = vec3(STANDS_FOR + WIDER);
-    uint most = extent_of(max(low, -cut_half()) - widest, min(high, cut_half()) + widest);
-    if (!has_second) return (one & most) == most;
-    return (one & extents[3u * i + 1u]) == EXTENT_ALL && (extents[3u * i + 2u] & most) == most;
+// Whether no triangle can add to the extents of a cell.
+bool is_full(uint i) {
+    return (extents[3u * i] & extents[3u * i + 1u] & extents[3u * i + 2u]) == EXTENT_ALL;
 }
 
 // Keys of the planes of a cell; no first: it is empty.
@@ -125,8 +120,6 @@ bool is_asked(uint t, ivec3 cell) {
     uvec2 keys = keys_of(i);
     bool has_second = keys.y != EMPTY;
     if (keys.x == EMPTY || (p.only_changed != 0u && keys == still_keys[i])) return false;
-    vec3 a = tri_a - (vec3(cell) + 0.5), b = a + tri_ab, c = a + tri_ac;
-    if (is_full(i, has_second, min(min(a, b), c), max(max(a, b), c))) return false;
     // Not asked again of the two that won: compiled elsewhere, the same sum may be rounded otherwise.
     return key_triangle(keys.x) == t || (has_second && key_triangle(keys.y) == t) || overlaps(cell);
 }

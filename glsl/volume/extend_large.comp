@@ -6,8 +6,9 @@ layout(local_size_x = 128) in;
 #define WORK 7
 #define WORK_ACCESS readonly
 #include "volume/work.glsl"
+// Where many large triangles lie on each other, nearly all find the cell full.
 void extend_if_asked(uint t, ivec3 cell) {
-    if (is_asked(t, cell)) extend(cell);
+    if (!is_full(cell_index(p.grid, cell)) && is_asked(t, cell)) extend(cell);
 }
 #define VISIT extend_if_asked
 #include "volume/columns.glsl"

@@ -248,7 +248,7 @@ impl Law<'_> {
                 *deep += n * more;
             }
         }
-        let mut until = leg.left_s;
+        let mut until = hit.after_s;
         if a > 0.0 && w < 0.0 {
             until = until.min(-w / a);
         }

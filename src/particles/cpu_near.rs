@@ -129,12 +129,10 @@ impl Around<'_> {
     /// Twin of `is_felt_round`, of the cell's least corner.
     fn felt(&self, near: &[u32], cell: IVec3, k: usize) -> Option<Felt> {
         let extent = self.reach(near, cell, k)?;
-        let bins = [0, 10, 20].map(|axis| extent >> axis & 0x3ff);
-        let first = Vec3::from(bins.map(|bins| bins.trailing_zeros() as f32));
-        let last = Vec3::from(bins.map(|bins| bins.ilog2() as f32));
+        let [low, high] = Extent(extent).bounds()?;
         let centre = (cell - self.cell).as_vec3() + 0.5;
-        let low = ((first - 5.0) * 0.125 - 2.0 * RIM).max(-1.0 - centre);
-        let high = ((last - 4.0) * 0.125 + 2.0 * RIM).min(1.0 - centre);
+        let low = (low - 2.0 * RIM).max(-1.0 - centre);
+        let high = (high + 2.0 * RIM).min(1.0 - centre);
         if low.cmpgt(high).any() {
             return None;
         }
