@@ -14,11 +14,10 @@ float dotted(vec3 a, vec3 b) {
 const float ALIKE = 0.985;      // cosine of 10 degrees
 const float STANDS_FOR = 0.15;  // cells, as in volume/extend.glsl
 
-// Half of the box in which something of a cell may be felt: an eighth of a cell beyond it, what is rounded, and what a word
-// is wider than the sweep (cells).
+// Half of the box in which something of a cell may be felt, as far as extents go, and what is rounded (cells).
 const float FELT_HALF = 0.627;
-const float BEYOND = 0.126;  // its part beyond the cell, for the sweep
-const float RIM = 1.0e-3;
+const float BEYOND = 0.126;   // its part beyond the cell
+const float RIM = 1.0e-3;     // what may be rounded otherwise elsewhere
 
 // Of planes seen from the same centre: whether one stands for the other there.
 bool is_alike(Plane one, Plane other, float cell_m) {
@@ -63,7 +62,7 @@ uint extent_of_met(Met met, uint k) { return k == 0u ? met.extents.x : k == 1u ?
 
 bool has_any(uint extent) { return (extent & 0x3ffu) != 0u && (extent & 0xffc00u) != 0u && (extent >> 20u) != 0u; }
 
-// What is left of it somewhere in the cell.
+// Of it, what is felt somewhere in an extent.
 Met met_where(Met met, uint extent) {
     if (!has_any(met.extents.x & extent)) met.planes &= ~1u;
     if (!has_any(met.extents.y & extent)) met.planes &= ~2u;

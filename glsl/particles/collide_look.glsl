@@ -19,12 +19,13 @@ float padding_m(float left_s, float elapsed_s) {
     return pad;
 }
 
-// Cells of the grid, and the corner of cells that is nearest to their middle. None: `first` is beyond `last`.
+// Cells of the grid, the corner of cells that is nearest to their middle, and where in them the foot of a particle on a plane can be
+// (cells, 2 RIM to spare). None: `first` is beyond `last`.
 struct Box {
     ivec3 first;
     ivec3 last;
     ivec3 corner;
-    vec3 low, high;  // where feet on planes can be (cells)
+    vec3 low, high;
 };
 
 // Those that the way between two places, `pad_m` wide, touches.
@@ -36,8 +37,8 @@ Box box_of(vec3 from_m, vec3 to_m, vec3 pad_m) {
     ivec3 first = ivec3(floor(from)), last = min(ivec3(floor(to)), grid_cells(law.grid) - 1);
     precise vec3 middle = 0.5 * (from + to) + 0.5;
     ivec3 corner = clamp(ivec3(floor(middle)), ivec3(0), grid_cells(law.grid) - 1);
-    vec3 less = vec3(BEYOND - 2.0 * RIM);
-    return Box(first, last, corner, cell_place(law.grid, low) + less, cell_place(law.grid, high) - less);
+    float spare = BEYOND - 2.0 * RIM;
+    return Box(first, last, corner, cell_place(law.grid, low) + spare, cell_place(law.grid, high) - spare);
 }
 
 // By how many cells the box may move before it can touch an occupied one; below 0: it touches one, or so it seems.
@@ -49,8 +50,8 @@ int room_of(Box box) {
 
 // Whether nothing can be in the way of a particle in this step, by one word of the corner of cells that is nearest to the middle of its
 // way: no occupied cell is in reach, or the way is on one side of the slab in which all is felt that is felt within a cell of the
-// corner. Cells are wider than what they hold: of those near occupied ones, two in three pass by. Wider than the sweep by a RIM, for
-// what is rounded otherwise: who waits for nothing is moved the same.
+// corner. Cells are wider than what they hold: of those near occupied ones, two in three pass by. Both sides are wider than `is_there`
+// by 2 RIM, for what is rounded otherwise: who waits for nothing is moved the same.
 bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     float step_s = law_step_s(), per_m = 1.0 / law.grid.cell_m;
     float most_s = max(law.lead_s, abs(step_s - law.lead_s));

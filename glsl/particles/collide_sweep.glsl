@@ -1,6 +1,7 @@
 // The first plane that a particle meets on a parabola: pieces of it no longer than a cell, in their order; of each piece the
-// cells that its box touches, unless `near` says at one look that all are empty; of each occupied cell its planes. A plane
-// counts only where the foot of the particle on it is where the plane stands for triangles of its cell, so planes end where those do.
+// cells that its box touches, unless `near` says at one look that all are empty; of each occupied cell the planes whose extent the
+// box touches. A plane counts only where the foot of the particle on it is where the plane stands for triangles of its cell, so
+// planes end where those do.
 
 const float NEVER_S = 3.0e38;
 const float MOST_PIECES = 4096.0;
@@ -53,9 +54,7 @@ struct Window {
 };
 
 // Whether a plane is there, at `foot_m` from the middle of its window.
-bool is_there(vec3 foot_m, Window window) {
-    return is_in_extent(window.extent, foot_m, law.grid.cell_m);
-}
+bool is_there(vec3 foot_m, Window window) { return is_in_extent(window.extent, foot_m, law.grid.cell_m); }
 
 // Whether the foot of the particle on a plane can come into a cell during the leg, which sees it go from `from_m` to `to_m`: of
 // the planes of a flat wall, one a cell, that leaves those whose cells it does come to. Wider than `is_there` by what
@@ -78,7 +77,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
     precise float shallow = radius - slack;
     bool may_be_deep = asks_deep && d < shallow;
     // How low it comes: most do not come near, and are asked no more.
-    float until = hit.after_s;
+    float until = leg.left_s;
     if (a > 0.0 && w < 0.0) until = min(until, -w / a);
     precise float lowest = d + (w * until + a * (0.5 * until * until));
     precise float deeper = d - 0.1 * slack;
@@ -111,7 +110,7 @@ void meet(Leg leg, uint plane, vec3 centre_m, Window window, bool asks_deep, ino
 // What of an occupied cell may be felt by one who comes through a box. Most planes that are not felt are so left out before any is read.
 Met met_in_box(ivec3 cell, Box box) {
     Met met = met_of(law.grid, cell_index(law.grid, cell));
-    // Of several planes, only the first is left to stand for all there is.
+    // Of several planes, the first alone is left to stand for all there is.
     if (method == METHOD_ONE) met = Met(uvec3(met.extents.x | met.extents.y | met.extents.z, 0u, 0u), 1u);
     vec3 centre = vec3(cell) + 0.5;
     return met_where(met, extent_of(box.low - centre, box.high - centre));

@@ -5,8 +5,9 @@
 // other look. (Of a cell's middle it would tell less: most ways are in two cells of an axis.) Axis by axis: along x from the bits of
 // `Occupied`, then the least, over the cells along y and z, of the greater of how far they are and what they have. Behind
 // them four words a cell: its extents, which are copied so that a sweep has all it looks up in one buffer, and which planes are met
-// in it, its own and those it lacks and a cell beside it has. Last a word a corner: how far away the nearest cell is once more, and the slab in which all lies that is felt round it. An
-// invocation has the eight cells of a word, but a single one where planes are looked at: that takes long for a few.
+// in it, its own and those it lacks and a cell beside it has. Last a word a corner: how far away the nearest cell is once more,
+// and the slab in which all lies that is felt round it. An invocation has the eight cells of a word, but a single one where
+// planes are looked at: that takes long for a few.
 // CPU twin: particles::cpu_near::near.
 #define CELLS_OCCUPIED 0
 #define CELLS_PLANES 1
@@ -35,8 +36,6 @@ bool in_box(ivec3 cell) {
 }
 
 uint index_of(ivec3 cell) { return uint(cell.x) + p.cells_x * (uint(cell.y) + p.cells_y * uint(cell.z)); }
-
-ivec3 cell_at(uint i) { return ivec3(i % p.cells_x, i / p.cells_x % p.cells_y, i / p.cells_x / p.cells_y); }
 
 // Number k of the planes that may be met in a cell, seen from there. Not there: `triangle` is 0.
 Plane plane_met(ivec3 cell, uint k) {
@@ -78,7 +77,7 @@ struct Felt {
 Met met_round(ivec3 corner, ivec3 cell) {
     uint word = (p.cells_x * p.cells_y * p.cells_z + 7u) / 8u + 4u * index_of(cell);
     Met met = Met(uvec3(from[word], from[word + 1u], from[word + 2u]), from[word + 3u]);
-    met.extents.x |= met.extents.y | met.extents.z;  // where it stands alone for all there is: METHOD_ONE
+    met.extents.x |= met.extents.y | met.extents.z;  // METHOD_ONE feels it there: one word is for both methods
     // Of cells that the corner is none of, only what reaches beyond them.
     ivec3 away = cell - corner;
     uvec3 bins = uvec3(away.x < -1 ? 0x200u : away.x > 0 ? 0x1u : 0x3ffu, away.y < -1 ? 0x200u : away.y > 0 ? 0x1u : 0x3ffu,
@@ -128,8 +127,9 @@ uint take_lowest(inout uvec2 bits) {
 }
 
 // The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
-// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of those of the corner's own eight. How far one goes along it:
-// n.y over all y in a box of half sizes h round the origin with m.y = -d is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
+// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of what the corner's own eight have, or
+// all where those have nothing. How far a plane goes along it: n.y over all y in a box of half sizes h round the origin with m.y = -d
+// is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
 uint slab_round(ivec3 corner) {
     uvec2 cells = occupied_round(corner), own = cells & OWN;
     vec3 sum = vec3(0.0);
@@ -209,8 +209,8 @@ uint gaps_across(uint word, uint count) {
     return gaps;
 }
 
-// Where planes are looked at, each workgroup has a brick of 4 x 4 x 4 cells: what takes long lies on surfaces, and they fill bricks, as they
-// do not fill rows.
+// Where planes are looked at, each workgroup has a brick of 4 x 4 x 4 cells: what takes long lies on surfaces, and they fill bricks
+// as they do not fill rows.
 ivec3 cell_in_brick(uint group) {
     uvec3 bricks = (uvec3(p.cells_x, p.cells_y, p.cells_z) + 3u) / 4u;
     uvec3 brick = uvec3(group % bricks.x, group / bricks.x % bricks.y, group / bricks.x / bricks.y);

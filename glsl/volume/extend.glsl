@@ -103,11 +103,6 @@ void set_bits(uint word, Part part, vec3 wider) {
     if ((extents[word] & extent) != extent) atomicOr(extents[word], extent);
 }
 
-// Whether no triangle can add to the extents of a cell.
-bool is_full(uint i) {
-    return (extents[3u * i] & extents[3u * i + 1u] & extents[3u * i + 2u]) == EXTENT_ALL;
-}
-
 // Keys of the planes of a cell; no first: it is empty.
 uvec2 keys_of(uint i) {
     uint first = first_keys[i];

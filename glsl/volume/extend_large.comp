@@ -6,10 +6,17 @@ layout(local_size_x = 128) in;
 #define WORK 7
 #define WORK_ACCESS readonly
 #include "volume/work.glsl"
-// Where many large triangles lie on each other, nearly all find the cell full.
+
+// Whether no triangle can add to the extents of a cell: so nearly all find it where many large ones lie on each other. Bits that come
+// meanwhile and are not seen cost work, no more.
+bool is_full(uint i) {
+    return (extents[3u * i] & extents[3u * i + 1u] & extents[3u * i + 2u]) == EXTENT_ALL;
+}
+
 void extend_if_asked(uint t, ivec3 cell) {
     if (!is_full(cell_index(p.grid, cell)) && is_asked(t, cell)) extend(cell);
 }
+
 #define VISIT extend_if_asked
 #include "volume/columns.glsl"
 

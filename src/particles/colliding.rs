@@ -305,7 +305,7 @@ impl Surroundings {
 
     /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then four words a
     /// cell: its extents, and which planes are met in it; then a word a corner: those four bits again, and a slab in which all
-    /// lies that is met round it.
+    /// lies that is felt within a cell of it.
     pub fn near(&self) -> &Buffer {
         &self.near
     }

@@ -64,18 +64,20 @@ struct Hit {
     met: Option<Met>,
 }
 
-/// Where a plane is felt: in a cell, which of its extents.
+/// Where a plane is felt: in a cell, an extent.
 struct Window {
     centre_m: Vec3,
     extent: Extent,
 }
 
-/// A box of cells, and the corner nearest to its middle.
+/// A box of cells, the corner nearest to its middle, and where feet on planes can be (cells).
 #[derive(Clone, Copy)]
 struct Cells {
     first: IVec3,
     last: IVec3,
     corner: IVec3,
+    low: Vec3,
+    high: Vec3,
 }
 
 /// A parabola, and when in the step it begins.
@@ -197,13 +199,16 @@ impl Law<'_> {
     fn box_of(&self, from: Vec3, to: Vec3, pad: Vec3) -> Cells {
         let grid = &self.law.grid;
         let (counts, most) = (UVec3::from(grid.cells).as_ivec3(), UVec3::from(grid.cells).as_vec3());
-        let low = grid.place(from.min(to) - pad).clamp(Vec3::ZERO, most);
-        let high = grid.place(from.max(to) + pad).clamp(Vec3::NEG_ONE, most);
+        let [from, to] = [grid.place(from.min(to) - pad), grid.place(from.max(to) + pad)];
+        let spare = BEYOND - 2.0 * RIM;
+        let (low, high) = (from.clamp(Vec3::ZERO, most), to.clamp(Vec3::NEG_ONE, most));
         let middle = 0.5 * (low + high) + 0.5;
         Cells {
             first: low.floor().as_ivec3(),
             last: high.floor().as_ivec3().min(counts - 1),
             corner: middle.floor().as_ivec3().clamp(IVec3::ZERO, counts - 1),
+            low: from + spare,
+            high: to - spare,
         }
     }
 
@@ -248,7 +253,7 @@ impl Law<'_> {
                 *deep += n * more;
             }
         }
-        let mut until = hit.after_s;
+        let mut until = leg.left_s;
         if a > 0.0 && w < 0.0 {
             until = until.min(-w / a);
         }
@@ -275,13 +280,16 @@ impl Law<'_> {
         }
     }
 
-    fn meet_cell(&self, leg: &Leg, cell: IVec3, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
+    fn meet_cell(&self, leg: &Leg, cell: IVec3, cells: &Cells, hit: &mut Hit, mut deep: Option<&mut Vec3>) {
         let grid = &self.law.grid;
         let i = grid.index(cell).expect("in the grid");
         let met = match self.method {
             Method::TwoPlanes => met_at(self.scene.near, grid.count(), i),
             _ => 1,
         };
+        // Twin of `met_in_box`.
+        let centre = cell.as_vec3() + 0.5;
+        let felt = Extent::of((cells.low - centre).as_dvec3(), (cells.high - centre).as_dvec3());
         for k in (0..14).filter(|k| met >> k & 1 != 0) {
             let stored = cell_of_met(cell, k);
             let number = 2 * grid.index(stored).expect("in the grid") + (k & 1);
@@ -290,6 +298,9 @@ impl Law<'_> {
                 Method::TwoPlanes => extent_of(self.scene.near, grid.count(), i, k),
                 _ => Extent((0..3).fold(0, |all, k| all | extent_of(self.scene.near, grid.count(), i, k).0)),
             };
+            if Extent(extent.0 & felt.0).bounds().is_none() {
+                continue;
+            }
             let window = Window { centre_m: grid.centre_m(cell), extent };
             self.meet(leg, plane, grid.centre_m(stored), &window, hit, deep.as_deref_mut());
         }
@@ -316,7 +327,7 @@ impl Law<'_> {
                 let mut deep = deep.as_deref_mut().filter(|_| piece == 0.0);
                 for cell in in_blocks(first, last) {
                     if grid.index(cell).is_some_and(|i| bit(self.scene.occupied, i)) {
-                        self.meet_cell(leg, cell, &mut hit, deep.as_deref_mut());
+                        self.meet_cell(leg, cell, &cells, &mut hit, deep.as_deref_mut());
                     }
                 }
             }

@@ -79,6 +79,17 @@ fn thrown(count: u32, speed_mps: f32) -> Vec<Particle> {
     (0..count).map(of).collect()
 }
 
+/// `ask` of each, in their order: every triangle is looked at for each ball, which takes longer than its flight.
+fn by_threads<T: Sync, R: Send>(all: &[T], ask: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let ask = |part: &[T]| part.iter().map(&ask).collect::<Vec<R>>();
+    std::thread::scope(|scope| {
+        let parts = all.chunks(all.len().div_ceil(threads).max(1));
+        let asked: Vec<_> = parts.map(|part| scope.spawn(move || ask(part))).collect();
+        asked.into_iter().flat_map(|it| it.join().expect("nothing panics")).collect()
+    })
+}
+
 struct Seen {
     leaks: f64,
     /// How deep those outside lie in the surface at the most, in radii.
@@ -115,17 +126,21 @@ impl Setting<'_> {
             let (from, to) = (steps * look / looks, steps * (look + 1) / looks);
             arena.steps(to - from, DT_S)?;
             now = arena.particles()?;
-            for it in now.iter().filter(|it| it.at_m.length() < 0.9 && !is_inside(self.mesh, it.at_m)) {
-                deepest = deepest.max(f64::from((RADIUS_M - distance(self.mesh, it.at_m)) / RADIUS_M));
-            }
+            let depth = |it: &Particle| {
+                let is_asked = it.at_m.length() < 0.9 && !is_inside(self.mesh, it.at_m);
+                is_asked.then(|| f64::from((RADIUS_M - distance(self.mesh, it.at_m)) / RADIUS_M))
+            };
+            deepest = by_threads(&now, depth).into_iter().flatten().fold(deepest, f64::max);
         }
-        let leaks = now.iter().zip(&start).filter(|(now, start)| {
+        let both: Vec<(Particle, Particle)> = now.into_iter().zip(start).collect();
+        let leaks = by_threads(&both, |(now, start)| {
             let way = start.velocity_mps.as_dvec3();
             let is_turned = (now.velocity_mps - start.velocity_mps).length() > 1e-3 * speed;
             let must = hit(self.mesh, start.at_m.as_dvec3(), way).is_some_and(|t| t * f64::from(speed) < 1.5);
             is_inside(self.mesh, now.at_m) || (must && !is_turned)
         });
-        Ok(Seen { leaks: leaks.count() as f64 / f64::from(count), deepest })
+        let leaks = leaks.into_iter().filter(|is_leak| *is_leak).count();
+        Ok(Seen { leaks: leaks as f64 / f64::from(count), deepest })
     }
 
     /// Time of a step of so many (ms).

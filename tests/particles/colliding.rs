@@ -80,7 +80,8 @@ fn every_method_is_its_twin() {
     let near = cpu_colliding::near(&grid(), &read, 3);
     let mut hits = 0;
     for method in Method::ALL {
-        for (radius_m, friction) in [(0.03, 0.3), (0.2, 0.0)] {
+        // The last in steps of up to four cells, so that the way is cut.
+        for (radius_m, friction, speed_mps) in [(0.03, 0.3, 3.0), (0.2, 0.0, 3.0), (0.03, 0.1, 30.0)] {
             let law = Colliding {
                 friction,
                 surface_mps: 0.5,
@@ -96,8 +97,9 @@ fn every_method_is_its_twin() {
             // Tuned as whoever runs it has it.
             let kernels = Particles::new(&gpu, &Colliding::law(method), Colliding::options(&gpu)).unwrap();
             let cells = cells_of(&gpu, grid(), &read);
-            let mut arena = Arena::new(&gpu, &kernels, &cells, law, 3, &crowd(301, 3.0), 1 << 14).unwrap();
-            let mut twin = crowd(301, 3.0);
+            let mut arena =
+                Arena::new(&gpu, &kernels, &cells, law, 3, &crowd(301, speed_mps), 1 << 14).unwrap();
+            let mut twin = crowd(301, speed_mps);
             let law = *arena.law();
             let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
             let on_gpu = gpu.download::<u32>(arena.surroundings.near()).unwrap();
@@ -146,13 +148,30 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
                 let i = random::bits(7, k, cells.x, reach)[0] as usize % grid.count();
                 read.occupied[i / 32] |= 1 << (i % 32);
             }
-            let on_gpu = cells_of(&gpu, grid, &read);
-            let surroundings = Surroundings::new(&gpu, &on_gpu, reach).unwrap();
-            gpu.once(|rec| surroundings.record(rec)).unwrap();
-            let got = gpu.download::<u32>(surroundings.near()).unwrap();
-            assert_eq!(got, cpu_colliding::near(&grid, &read, reach), "{cells} {reach}");
+            near_is_as_the_twin(&gpu, grid, &read, reach);
         }
     }
+    // A part of the scene, in rows that begin anywhere in a word, and bricks that the grid does not fill.
+    for cells in [uvec3(17, 13, 11), uvec3(37, 10, 15)] {
+        let grid = Grid::new(vec3(-1.01, -0.97, -1.03), 0.125, cells);
+        let read = fill(&grid, &mixed());
+        assert!((0..grid.count()).filter(|i| read.is_occupied(*i)).count() > 100);
+        near_is_as_the_twin(&gpu, grid, &read, 2);
+    }
+}
+
+fn near_is_as_the_twin(gpu: &TestGpu, grid: Grid, read: &Read, reach: u32) {
+    let surroundings = Surroundings::new(gpu, &cells_of(gpu, grid, read), reach).unwrap();
+    gpu.once(|rec| surroundings.record(rec)).unwrap();
+    let (got, want) =
+        (gpu.download::<u32>(surroundings.near()).unwrap(), cpu_colliding::near(&grid, read, reach));
+    let apart = got.iter().zip(&want).filter(|(a, b)| a != b).count();
+    // Elsewhere rounding may put a bound of a slab into the next step.
+    assert!(
+        apart <= if gpu.is_exact() { 0 } else { want.len() / 100 },
+        "{:?} {reach}: {apart} words",
+        grid.cells
+    );
 }
 
 /// What is felt within a cell of a corner, in f64, lies in the slab that is known there; and of a level ground that slab is thin.
@@ -197,7 +216,8 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
                             "{corner} {cell}: {along}, {low} to {high}"
                         );
                         lent += u32::from(stored != cell);
-                        beyond += u32::from(k & 3 == 0 || k & 3 == 3);
+                        let away = cell - grid.cell(corner);
+                        beyond += u32::from(away.min_element() < -1 || away.max_element() > 0);
                         looked += 1;
                     }
                 }
@@ -219,8 +239,9 @@ fn who_passes_the_look_meets_nothing() {
         [(0.01, 1.0, 0.0), (0.03, 4.0, DT_S as f32), (0.05, 2.0, 0.0), (0.2, 8.0, 0.0)]
     {
         let law = Colliding { surface_mps: 0.5, lead_s, ..Colliding::new(grid, radius_m) };
-        let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
         for (i, start) in crowd(20_000, speed_mps).into_iter().enumerate() {
+            let method = if i % 2 == 0 { Method::TwoPlanes } else { Method::OnePlane };
+            let twin = Law { law: &law, method, scene, tick: 0, step_s: DT_S as f32 };
             let dt_s = if i % 3 == 0 { 0.3 * DT_S as f32 } else { DT_S as f32 };
             let (mut it, mut impacts) = (start, Vec::new());
             twin.advance(&mut it, dt_s, 0, &mut impacts);

@@ -3,7 +3,7 @@
 
 use super::*;
 use common::gpu;
-use glam::ivec3;
+use glam::{ivec3, IVec3};
 
 /// Fails if a cell is wrong, or if rounding decides more than a few.
 fn check(what: &str, grid: &Grid, bodies: &[Body], read: &Read) -> Compared {
@@ -46,6 +46,37 @@ fn random_triangles_mark_what_the_twin_marks() {
         assert_eq!((counts.no_area, counts.not_finite), (0, 0));
         assert_eq!(counts.large > 0, size > 1.0 && cells > 1, "{counts:?}");
     }
+}
+
+/// Triangles that one invocation looks at, and that are in more cells than most: a workgroup of them has more than it deals out at once.
+#[test]
+fn triangles_of_many_cells_mark_what_the_twin_marks() {
+    let gpu = gpu();
+    let grid = grid(24, 0.0713);
+    let (mut chosen, mut cells) = (Vec::new(), 0);
+    let low = Vec3::from(grid.low_m);
+    for t in 0.. {
+        let at = within(7 * t, low + 0.2, low + 1.2);
+        let corners = [1, 2, 3].map(|k| at + within(7 * t + k, Vec3::splat(-0.12), Vec3::splat(0.12)));
+        let Ok(shape) = cpu::Shape::new(&grid, corners) else { continue };
+        let found = shape.cells();
+        let (least, most) =
+            found.iter().fold((ivec3(99, 99, 99), IVec3::ZERO), |(least, most), (cell, _)| {
+                (least.min(*cell), most.max(*cell))
+            });
+        if found.len() >= 11 && (most - least + 1).element_product() <= 32 {
+            cells += found.len();
+            chosen.push(corners);
+        }
+        if chosen.len() == 256 {
+            break;
+        }
+    }
+    assert!(cells > 2 * 1024, "{cells} cells of two workgroups");
+    let body = still(soup("many cells", &chosen));
+    let (read, counts) = conservative(&gpu, grid, std::slice::from_ref(&body));
+    check("triangles of many cells", &grid, &[body], &read);
+    assert!(counts.large < 32, "{counts:?}");
 }
 
 #[test]
