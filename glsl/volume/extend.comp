@@ -11,22 +11,16 @@ const uint MOST_PAIRS = 1024u;
 
 shared uint pairs[MOST_PAIRS];  // triangle of the workgroup, and which cell of its box: five bits
 shared uint pair_count;
-// The boxes, for whoever has the pair: worked out again, they might be rounded otherwise.
-shared ivec3 box_low[gl_WorkGroupSize.x];
-shared uvec3 box_size[gl_WorkGroupSize.x];
 
-ivec3 cell_of_box(uint owner, uint k) {
-    uvec3 n = box_size[owner];
-    return box_low[owner] + ivec3(k % n.x, k / n.x % n.y, k / n.x / n.y);
+ivec3 cell_of_box(uint k) {
+    uvec3 n = uvec3(tri_high - tri_low + 1);
+    return tri_low + ivec3(k % n.x, k / n.x % n.y, k / n.x / n.y);
 }
 
 void main() {
     uint lane = gl_LocalInvocationIndex, i = item(), t = p.first + i, cells = 0u;
-    if (i < p.triangles && load_triangle(t) == SOUND && box_cells() <= LARGE_CELLS) {
-        box_low[lane] = tri_low;
-        box_size[lane] = uvec3(max(tri_high - tri_low + 1, ivec3(0)));
-        for (uint k = box_cells(); k-- > 0u;) cells |= uint(is_asked(t, cell_of_box(lane, k))) << k;
-    }
+    if (i < p.triangles && load_triangle(t) == SOUND && box_cells() <= LARGE_CELLS)
+        for (uint k = box_cells(); k-- > 0u;) cells |= uint(is_asked(t, cell_of_box(k))) << k;
     bool is_over = false;
     while (!is_over) {
         barrier();
@@ -40,9 +34,8 @@ void main() {
         barrier();
         is_over = pair_count <= MOST_PAIRS;
         for (uint q = lane; q < min(pair_count, MOST_PAIRS); q += gl_WorkGroupSize.x) {
-            uint owner = pairs[q] >> 5u;
-            load_triangle(t - lane + owner);
-            extend(cell_of_box(owner, pairs[q] & 31u));
+            load_triangle(t - lane + (pairs[q] >> 5u));
+            extend(cell_of_box(pairs[q] & 31u));
         }
     }
 }

@@ -54,9 +54,11 @@ uint set_triangle(vec3 a_m, vec3 b_m, vec3 c_m) {
     if (!(tri_sine > LEAST_SINE)) return NO_AREA;
     tri_normal = across / tri_sine;
 
-    vec3 b = tri_a + tri_ab, c = tri_a + tri_ac;
-    tri_slack = SLACK + SLACK_SHARE * max(max(largest(tri_a), largest(b)), largest(c));
-    vec3 low = min(min(tri_a, b), c) - tri_slack, high = max(max(tri_a, b), c) + tri_slack;
+    // The same box wherever it is asked for: `volume.extend` numbers its cells.
+    precise vec3 b = tri_a + tri_ab, c = tri_a + tri_ac;
+    precise float slack = SLACK + SLACK_SHARE * max(max(largest(tri_a), largest(b)), largest(c));
+    precise vec3 low = min(min(tri_a, b), c) - slack, high = max(max(tri_a, b), c) + slack;
+    tri_slack = slack;
     vec3 cells = vec3(grid_cells(p.grid));
     tri_low = ivec3(clamp(ceil(low) - 1.0, vec3(0.0), cells));
     tri_high = ivec3(clamp(floor(high), vec3(-1.0), cells - 1.0));

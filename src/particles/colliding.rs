@@ -4,7 +4,7 @@
 //!
 //! A pool of this law binds [`Surroundings::resources`]; `particles.near` runs once after each change of the cells. Between
 //! impacts a particle is on an exact parabola, and the time of an impact a root of a quadratic, so energy does not depend on
-//! the step. What is left out: planes have no edges, so a ball meets the rim of a plate a little late, when its middle is
+//! the step. What is left out: a ball meets the rim of a plate a little late, when it is half in or its middle is
 //! over it (it is then lifted out, at most half a radius a step); a cell holds two planes and borrows a third from its
 //! neighbours, more are lost; particles do not turn, and do not see each other.
 

@@ -135,7 +135,10 @@ impl Setting<'_> {
         let both: Vec<(Particle, Particle)> = now.into_iter().zip(start).collect();
         let leaks = by_threads(&both, |(now, start)| {
             let way = start.velocity_mps.as_dvec3();
-            let is_turned = (now.velocity_mps - start.velocity_mps).length() > 1e-3 * speed;
+            // Who has hit two parallel facets goes on as before, but elsewhere; who is pushed out of a plane, a little beside.
+            let flown = start.at_m + start.velocity_mps * (steps as f32 * DT_S as f32);
+            let is_turned = (now.velocity_mps - start.velocity_mps).length() > 1e-3 * speed
+                || now.at_m.distance(flown) > 5.0 * RADIUS_M;
             let must = hit(self.mesh, start.at_m.as_dvec3(), way).is_some_and(|t| t * f64::from(speed) < 1.5);
             is_inside(self.mesh, now.at_m) || (must && !is_turned)
         });
