@@ -14,7 +14,7 @@ use whitecap::{
     cells::Cells,
     draw::{map_view::MapViewParams, mesh::MeshParams, shadow::ShadowView, voxels::VoxelParams},
     gpu::{reflect::reflect, Gpu},
-    particles::{balls::BallParams, Surroundings},
+    particles::{balls::BallParams, Slabs, Surroundings},
     run::{self, picture::Picture, stats::VolumeStats, RunOptions, Written},
     scene::{builtin, Override, Scene},
     shaders,
@@ -135,7 +135,8 @@ fn the_plan_lists_what_is_near_and_a_shadow_of_depth_alone() {
     let bytes = |name: &str| plan.buffers.iter().find(|it| it.name.contains(name)).map(|it| it.bytes);
     let gpu = gpu();
     let grid = plan.volume.as_ref().unwrap().scene.grid();
-    let near = Surroundings::new(&gpu, &Cells::new(&gpu, grid).unwrap(), 3).unwrap().near().bytes();
+    let near =
+        Surroundings::new(&gpu, &Cells::new(&gpu, grid).unwrap(), 3, Slabs::OfAll).unwrap().near().bytes();
     // Four bits and five words a cell, and four bits that are there on the way, with a word behind them.
     let (cells, words) = (24u64.pow(3), 24u64.pow(3).div_ceil(8));
     let (found, between) = (4 * (words + 5 * cells), 4 * (words + 1));

@@ -72,7 +72,8 @@ Met met_where(Met met, uint extent) {
 
 // A slab round a corner of cells, in a word: its normal, scaled so that |x| + |y| + z = 1 and z >= 0, as x + y and x - y; and between
 // what it lies along that, in cells from the corner.
-//     bits 0 to 3: how many cells lie between the corner and the nearest occupied one
+//     bits 0 to 3: how many cells lie between the corner and the nearest occupied one, if more than one; else 1 if the slab has all
+//         that is felt within a cell of the corner, 0 if only what the eight cells round it have
 //     4 to 10, 11 to 17: x + y and x - y, in 1/63
 //     18 to 24, 25 to 31: least and most, in 1/62; no slab if the least is more
 const float SLAB_SIDES = 63.0;

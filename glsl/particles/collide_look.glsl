@@ -63,8 +63,9 @@ bool flies_freely(vec3 from_m, vec3 to_m, vec3 pull_mps2) {
     vec3 from_corner = place - vec3(corner), out_of = abs(from_corner) + reach;
     float farthest = max(max(out_of.x, out_of.y), out_of.z);
     uint slab = slab_at(law.grid, cell_index(law.grid, corner));
-    if (float(slab & 15u) > farthest + BEYOND) return true;
-    if (farthest < 1.0) {
+    uint gap = slab & 15u;
+    if (gap > 1u && float(gap) > farthest + BEYOND) return true;
+    if (farthest + (gap == 0u ? BEYOND : 0.0) < 1.0) {
         vec3 n = normal_of_slab(slab);
         vec2 lies = bounds_of_slab(slab);
         float middle = dot(n, from_corner);

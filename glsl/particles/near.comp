@@ -15,7 +15,7 @@
 #include "particles/cell_bits.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint axis = 0u;  // 3: planes, 4: slabs
+layout(constant_id = 0) const uint axis = 0u;  // 3: planes, 4: slabs of eight cells, 5: slabs of all
 
 layout(set = 0, binding = 2, std430) readonly buffer Extents { uint extents[]; };  // three a cell
 layout(set = 0, binding = 3, std430) readonly buffer From { uint from[]; };  // of the axes before
@@ -105,12 +105,14 @@ bool is_felt_round(ivec3 corner, ivec3 cell, uint k, uint extent, out Felt felt)
 ivec3 cell_round(ivec3 corner, uint which) { return corner - 2 + ivec3(which & 3u, which >> 2u & 3u, which >> 4u); }
 
 const uvec2 OWN = uvec2(0x06600000u, 0x00000660u);  // the eight that the corner is one of
+const uint OWN_ROWS = 0x660u;
 
 // Those that are occupied, as bits.
 uvec2 occupied_round(ivec3 corner) {
     uvec2 cells = uvec2(0u);
     int first = max(corner.x - 2, 0), count = min(corner.x + 2, int(p.cells_x)) - first;
     for (uint row = 0u; row < 16u; ++row) {
+        if (axis == 4u && (OWN_ROWS >> row & 1u) == 0u) continue;
         ivec3 cell = ivec3(first, cell_round(corner, 4u * row).yz);
         if (!in_box(cell)) continue;
         uint bits = occupied_bits(index_of(cell), uint(count)) << (4u * (row & 7u) + uint(first - corner.x + 2));
@@ -127,11 +129,13 @@ uint take_lowest(inout uvec2 bits) {
 }
 
 // The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
-// cells around, as planes are felt an eighth of a cell beyond theirs. Its normal is the mean of what the corner's own eight have, or
+// cells around, as planes are felt an eighth of a cell beyond theirs; of the corner's own eight alone it is found in half the time,
+// and who asks must keep that eighth away. Its normal is the mean of what the corner's own eight have, or
 // all where those have nothing. How far a plane goes along it: n.y over all y in a box of half sizes h round the origin with m.y = -d
 // is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
 uint slab_round(ivec3 corner) {
     uvec2 cells = occupied_round(corner), own = cells & OWN;
+    if (axis == 4u) cells = own;
     vec3 sum = vec3(0.0);
     for (uvec2 rest = own != uvec2(0u) ? own : cells; rest != uvec2(0u);) {
         ivec3 cell = cell_round(corner, take_lowest(rest));
@@ -231,7 +235,9 @@ void main() {
             near[words + 4u * at + 3u] = has ? met_in(cell) : 0u;
         } else {
             uint gap = from[at >> 3u] >> (4u * (at & 7u)) & 15u;
-            near[words + 4u * count + at] = (gap < 2u ? slab_round(cell) : NO_SLAB) | gap;
+            bool is_of_all = axis == 5u;
+            uint slab = gap < (is_of_all ? 2u : 1u) ? slab_round(cell) : NO_SLAB;
+            near[words + 4u * count + at] = slab | (gap > 1u ? gap : is_of_all ? 1u : 0u);
         }
         return;
     }

@@ -184,6 +184,33 @@ impl Colliding {
     }
 }
 
+/// What the slab round a corner of cells has, which a particle's one look asks. It changes who waits for the sweep, and no result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slabs {
+    /// What the eight cells round it have: found sooner, for cells that change in every step.
+    OfEight,
+    /// All that is felt within a cell of it: fewer wait, where cells stay as they are.
+    OfAll,
+}
+
+impl Slabs {
+    /// For cells that are filled anew in every step, or not.
+    pub fn of(moves: bool) -> Self {
+        if moves {
+            Self::OfEight
+        } else {
+            Self::OfAll
+        }
+    }
+
+    fn axis(self) -> u32 {
+        match self {
+            Self::OfEight => 4,
+            Self::OfAll => 5,
+        }
+    }
+}
+
 /// Push constants: `NearParams` in `glsl/particles/near.comp`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -209,21 +236,20 @@ impl Surroundings {
     pub const MOST_REACH: u32 = 14;
 
     const PLANES: u32 = 3;
-    const SLABS: u32 = 4;
 
     /// What the cells must be visible to before [`Surroundings::record`].
     pub const ENTRY: Access = Access::ComputeReadWrite;
     /// How [`Surroundings::record`] touched its own last.
     pub const EXIT: Access = Access::ComputeReadWrite;
 
-    /// Of `cells`, looked at within `reach` cells. Nothing is near before the first [`Surroundings::record`].
+    /// Of `cells`, looked at within `reach` cells, and with such slabs. Nothing is near before the first [`Surroundings::record`].
     ///
     /// # Errors
     /// The device's.
     ///
     /// # Panics
     /// If `reach` is not 1 to [`Surroundings::MOST_REACH`].
-    pub fn new(gpu: &Gpu, cells: &Cells, reach: u32) -> gpu::Result<Self> {
+    pub fn new(gpu: &Gpu, cells: &Cells, reach: u32, slabs: Slabs) -> gpu::Result<Self> {
         assert!((1..=Self::MOST_REACH).contains(&reach), "a reach of {reach} cells");
         let [near, between] = Self::words(&cells.grid()).map(|words| 4 * words);
         let buffer = |name, bytes| Buffer::new(gpu, name, bytes, Residence::Device);
@@ -253,7 +279,7 @@ impl Surroundings {
             pass(1, &near, &between)?,
             pass(2, &between, &near)?,
             pass(Self::PLANES, &between, &near)?,
-            pass(Self::SLABS, &near, &near)?,
+            pass(slabs.axis(), &near, &near)?,
         ];
         Ok(Self { cells: cells.clone(), near, passes, reach })
     }

@@ -6,7 +6,7 @@
 pub use super::cpu_near::{met_in, near, slab};
 use super::{
     colliding::{Colliding, Method},
-    cpu_near::{bit, cell_of_met, dotted, extent_of, gap, met_at},
+    cpu_near::{bit, cell_of_met, dotted, extent_of, gap, gap_of_slab, met_at},
     Particle,
 };
 use crate::{
@@ -170,10 +170,11 @@ impl Law<'_> {
         let from_corner = place - corner.as_vec3();
         let farthest = (from_corner.abs() + reach).max_element();
         let i = grid.index(corner).expect("in the grid");
-        if gap(self.scene.near, i) as f32 > farthest + BEYOND {
+        let gap = gap_of_slab(self.scene.near, grid.count(), i);
+        if gap > 1 && gap as f32 > farthest + BEYOND {
             return true;
         }
-        if farthest < 1.0 {
+        if farthest + if gap == 0 { BEYOND } else { 0.0 } < 1.0 {
             let (n, [low, high]) = slab(self.scene.near, grid.count(), i);
             let middle = n.dot(from_corner);
             let along = n.dot(half_way).abs() * per_m + n.abs().dot(bulge) + pad * n.length();

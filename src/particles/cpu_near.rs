@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Twin of `glsl/particles/{near.comp,cell_bits.glsl}`.
 
+use super::colliding::Slabs;
 use crate::cells::{Extent, Grid, Plane, Read};
 use glam::{vec3, IVec3, Vec3};
 
@@ -10,7 +11,7 @@ const FELT_HALF: f32 = 0.627;
 const RIM: f32 = 1e-3;
 
 /// Twin of `near.comp`: from every occupied cell outwards, a ring of cells at a time.
-pub fn near(grid: &Grid, cells: &Read, reach: u32) -> Vec<u32> {
+pub fn near(grid: &Grid, cells: &Read, reach: u32, slabs: Slabs) -> Vec<u32> {
     let count = grid.count();
     let words = count.div_ceil(8);
     let mut near = vec![0u32; words + 5 * count];
@@ -41,7 +42,9 @@ pub fn near(grid: &Grid, cells: &Read, reach: u32) -> Vec<u32> {
         let gap = (0..8).filter_map(touching).map(|cell| gaps[cell]).min().expect("the cell itself");
         near[i / 8] |= gap << (4 * (i % 8));
         let round = Around { grid, cells, cell: grid.cell(i) };
-        near[words + 4 * count + i] = if gap < 2 { round.slab(&near) } else { NO_SLAB } | gap;
+        let is_of_all = slabs == Slabs::OfAll;
+        let slab = if gap < 1 + u32::from(is_of_all) { round.slab(&near, slabs) } else { NO_SLAB };
+        near[words + 4 * count + i] = slab | if gap > 1 { gap } else { u32::from(is_of_all) };
     }
     near
 }
@@ -58,6 +61,11 @@ pub fn slab(near: &[u32], count: usize, corner: usize) -> (Vec3, [f32; 2]) {
 pub fn met_in(grid: &Grid, near: &[u32], cell: IVec3) -> Vec<(IVec3, usize)> {
     let bits = grid.index(cell).map_or(0, |i| met_at(near, grid.count(), i));
     (0..14).filter(|k| bits >> k & 1 != 0).map(|k| (cell_of_met(cell, k), k & 1)).collect()
+}
+
+/// Bits 0 to 3 of the word of a corner: `flies_freely` in `glsl/particles/collide_look.glsl`.
+pub(super) fn gap_of_slab(near: &[u32], count: usize, corner: usize) -> u32 {
+    near[count.div_ceil(8) + 4 * count + corner] & 15
 }
 
 fn normal_of_slab(sides: [f32; 2]) -> Vec3 {
@@ -149,7 +157,7 @@ impl Around<'_> {
     }
 
     /// Twin of `slab_round`, of the cell's least corner.
-    fn slab(&self, near: &[u32]) -> u32 {
+    fn slab(&self, near: &[u32], slabs: Slabs) -> u32 {
         let (grid, count) = (self.grid, self.grid.count());
         let around = (0..64).map(|k| self.cell + IVec3::new(k & 3, k >> 2 & 3, k >> 4) - 2);
         let occupied = around.filter(|cell| grid.index(*cell).is_some_and(|i| self.cells.is_occupied(i)));
@@ -157,11 +165,14 @@ impl Around<'_> {
             let bits = met_at(near, count, grid.index(cell).expect("in the grid"));
             (0..14).filter(move |k| bits >> k & 1 != 0).map(move |k| (cell, k))
         });
-        let met: Vec<(IVec3, usize)> = met.collect();
+        let mut met: Vec<(IVec3, usize)> = met.collect();
         let is_own = |cell: IVec3| {
             (self.cell - cell).cmpge(IVec3::ZERO).all() && (self.cell - cell).cmple(IVec3::ONE).all()
         };
         let has_own = met.iter().any(|(cell, _)| is_own(*cell));
+        if slabs == Slabs::OfEight {
+            met.retain(|(cell, _)| is_own(*cell));
+        }
         let counts = met.iter().filter(|(cell, _)| is_own(*cell) == has_own);
         let sum = counts.filter(|(cell, k)| self.reach(near, *cell, *k).is_some()).fold(
             Vec3::ZERO,

@@ -43,7 +43,7 @@ pub mod oracle;
 pub mod pool;
 pub mod state;
 
-pub use colliding::{Colliding, Surroundings};
+pub use colliding::{Colliding, Slabs, Surroundings};
 pub use drag::Drag;
 pub use emitter::{Emitter, EmitterState, EmitterWords, Thrown};
 pub use info::PoolInfo;

@@ -20,7 +20,7 @@ use crate::{
     gpu::{Access, Gpu, Recorder, Resource},
     impact::{Stream, Surfaces},
     mesh::{Body, Meshes},
-    particles::colliding::Surroundings,
+    particles::colliding::{Slabs, Surroundings},
     scene::{MeshPlan, Motion, Plan, View, VolumePlan, Voxeliser},
     volume::{Conservative, Counts, Layered, Once, Router},
 };
@@ -330,8 +330,8 @@ impl Volume {
             uvs: meshes.uvs(),
             first_triangle: &gpu.upload("impact.firsts", &firsts)?,
         })?;
-        let surroundings = Surroundings::new(gpu, &cells, plan.reach)?;
         let moves = meshes.parts().iter().any(|part| part.moves);
+        let surroundings = Surroundings::new(gpu, &cells, plan.reach, Slabs::of(moves))?;
         Ok(Self { surroundings, stream, filler, moves, drops: None })
     }
 

@@ -9,7 +9,7 @@ use crate::{
     impact::{Count, Impact, Stream},
     mesh::{Body, Mesh, Meshes},
     particles::{
-        colliding::{Colliding, Method, Surroundings},
+        colliding::{Colliding, Method, Slabs, Surroundings},
         Particle, Particles, Pool, PoolInfo, Step,
     },
     volume::{Conservative, Layered, Router, Way},
@@ -63,7 +63,7 @@ impl Arena {
     ) -> Result<Self> {
         let law = Colliding { grid: cells.grid(), ..law };
         law.check().map_err(crate::particles::Error::from)?;
-        let surroundings = Surroundings::new(gpu, cells, reach)?;
+        let surroundings = Surroundings::new(gpu, cells, reach, Slabs::OfAll)?;
         gpu.once(|rec| surroundings.record(rec))?;
         let stream = Stream::new(gpu, most_impacts)?;
         let info = PoolInfo {

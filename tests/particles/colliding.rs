@@ -9,7 +9,7 @@ use whitecap::{
     impact::{cpu::nearest_weights, Impact, Stream},
     mesh::{shapes, Mesh},
     particles::{
-        colliding::{Colliding, Method, Surroundings},
+        colliding::{Colliding, Method, Slabs, Surroundings},
         cpu_colliding::{self, Law, Scene},
         Compaction, Emitter, Layout, Options, Particle, Particles, PoolInfo, Step, Thrown, Tuning,
         TICKS_PER_S,
@@ -77,7 +77,7 @@ fn crowd(count: u32, speed_mps: f32) -> Vec<Particle> {
 fn every_method_is_its_twin() {
     let gpu = gpu();
     let read = fill(&grid(), &mixed());
-    let near = cpu_colliding::near(&grid(), &read, 3);
+    let near = cpu_colliding::near(&grid(), &read, 3, Slabs::OfAll);
     let mut hits = 0;
     for method in Method::ALL {
         // The last in steps of up to four cells, so that the way is cut.
@@ -148,7 +148,7 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
                 let i = random::bits(7, k, cells.x, reach)[0] as usize % grid.count();
                 read.occupied[i / 32] |= 1 << (i % 32);
             }
-            near_is_as_the_twin(&gpu, grid, &read, reach);
+            near_is_as_the_twin(&gpu, grid, &read, reach, Slabs::of(reach == 2));
         }
     }
     // A part of the scene, in rows that begin anywhere in a word, and bricks that the grid does not fill.
@@ -156,15 +156,17 @@ fn cells_near_occupied_ones_are_marked_as_by_the_twin() {
         let grid = Grid::new(vec3(-1.01, -0.97, -1.03), 0.125, cells);
         let read = fill(&grid, &mixed());
         assert!((0..grid.count()).filter(|i| read.is_occupied(*i)).count() > 100);
-        near_is_as_the_twin(&gpu, grid, &read, 2);
+        for slabs in [Slabs::OfEight, Slabs::OfAll] {
+            near_is_as_the_twin(&gpu, grid, &read, 2, slabs);
+        }
     }
 }
 
-fn near_is_as_the_twin(gpu: &TestGpu, grid: Grid, read: &Read, reach: u32) {
-    let surroundings = Surroundings::new(gpu, &cells_of(gpu, grid, read), reach).unwrap();
+fn near_is_as_the_twin(gpu: &TestGpu, grid: Grid, read: &Read, reach: u32, slabs: Slabs) {
+    let surroundings = Surroundings::new(gpu, &cells_of(gpu, grid, read), reach, slabs).unwrap();
     gpu.once(|rec| surroundings.record(rec)).unwrap();
     let (got, want) =
-        (gpu.download::<u32>(surroundings.near()).unwrap(), cpu_colliding::near(&grid, read, reach));
+        (gpu.download::<u32>(surroundings.near()).unwrap(), cpu_colliding::near(&grid, read, reach, slabs));
     let apart = got.iter().zip(&want).filter(|(a, b)| a != b).count();
     // Elsewhere rounding may put a bound of a slab into the next step.
     assert!(
@@ -178,14 +180,23 @@ fn near_is_as_the_twin(gpu: &TestGpu, grid: Grid, read: &Read, reach: u32) {
 #[test]
 fn a_slab_holds_all_that_lies_round_a_corner() {
     let (grid, mut looked, mut lent, mut beyond) = (grid(), 0, 0, 0);
-    for (triangles, thickest) in [(mixed(), 2.1), (ground(-0.61), 0.03)] {
-        let read = fill(&grid, &triangles);
-        let near = cpu_colliding::near(&grid, &read, 2);
-        for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 < 2) {
+    let scenes = [(mixed(), 2.1), (ground(-0.61), 0.03)];
+    for ((triangles, thickest), slabs) in
+        scenes.iter().flat_map(|scene| [(scene, Slabs::OfEight), (scene, Slabs::OfAll)])
+    {
+        let read = fill(&grid, triangles);
+        let near = cpu_colliding::near(&grid, &read, 2, slabs);
+        // Where there is something to know, and how far round.
+        let (gaps, around) = if slabs == Slabs::OfAll { (2, 0..4) } else { (1, 1..3) };
+        for corner in (0..grid.count()).filter(|i| near[i / 8] >> (4 * (i % 8)) & 15 < gaps) {
             let (n, [low, high]) = cpu_colliding::slab(&near, grid.count(), corner);
             let (n, low, high) = (n.as_dvec3(), f64::from(low), f64::from(high));
-            assert!((n.abs().element_sum() - 1.0).abs() < 1e-6 && high - low <= thickest, "{n} {low} {high}");
-            for k in 0..64 {
+            assert!(
+                (n.abs().element_sum() - 1.0).abs() < 1e-6 && high - low <= *thickest,
+                "{n} {low} {high}"
+            );
+            let is_asked = |k: &i32| [k & 3, k >> 2 & 3, k >> 4].iter().all(|at| around.contains(at));
+            for k in (0..64).filter(is_asked) {
                 let cell = grid.cell(corner) + IVec3::new(k & 3, k >> 2 & 3, k >> 4) - 2;
                 let Some(i) = grid.index(cell).filter(|i| read.occupied[i / 32] >> (i % 32) & 1 != 0) else {
                     continue;
@@ -232,8 +243,7 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
 #[test]
 fn who_passes_the_look_meets_nothing() {
     let (grid, read) = (grid(), fill(&grid(), &mixed()));
-    let near = cpu_colliding::near(&grid, &read, 3);
-    let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
+    let nears = [Slabs::OfEight, Slabs::OfAll].map(|slabs| cpu_colliding::near(&grid, &read, 3, slabs));
     let (mut passed, mut beside, mut met) = (0, 0, 0);
     for (radius_m, speed_mps, lead_s) in
         [(0.01, 1.0, 0.0), (0.03, 4.0, DT_S as f32), (0.05, 2.0, 0.0), (0.2, 8.0, 0.0)]
@@ -241,6 +251,8 @@ fn who_passes_the_look_meets_nothing() {
         let law = Colliding { surface_mps: 0.5, lead_s, ..Colliding::new(grid, radius_m) };
         for (i, start) in crowd(20_000, speed_mps).into_iter().enumerate() {
             let method = if i % 2 == 0 { Method::TwoPlanes } else { Method::OnePlane };
+            let near = &nears[i / 2 % 2];
+            let scene = Scene { occupied: &read.occupied, planes: &read.planes, near };
             let twin = Law { law: &law, method, scene, tick: 0, step_s: DT_S as f32 };
             let dt_s = if i % 3 == 0 { 0.3 * DT_S as f32 } else { DT_S as f32 };
             let (mut it, mut impacts) = (start, Vec::new());
@@ -524,7 +536,7 @@ fn who_passes_an_edge_meets_nothing() {
 /// farthest (cells).
 fn off_the_surface(grid: &Grid, triangles: &[Triangle], radius_m: f32) -> (f64, f64) {
     let read = fill(grid, triangles);
-    let near = cpu_colliding::near(grid, &read, 3);
+    let near = cpu_colliding::near(grid, &read, 3, Slabs::OfAll);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
     let law = Colliding {
         gravity_mps2: Vec3::ZERO,
@@ -578,7 +590,7 @@ fn nobody_comes_into_what_is_round() {
             let cell_m = 2.0 / cells as f32;
             let grid = Grid::new(vec3(-1.003, -1.007, -0.998), cell_m, UVec3::splat(cells));
             let read = fill(&grid, &triangles_of(&mesh));
-            let near = cpu_colliding::near(&grid, &read, 3);
+            let near = cpu_colliding::near(&grid, &read, 3, Slabs::OfAll);
             let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
             let law = Colliding {
                 gravity_mps2: Vec3::ZERO,
@@ -620,7 +632,7 @@ fn nobody_falls_through_stairs() {
             })
             .collect();
         let read = fill(&grid, &stairs);
-        let near = cpu_colliding::near(&grid, &read, 3);
+        let near = cpu_colliding::near(&grid, &read, 3, Slabs::OfAll);
         let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
         let law = Colliding { restitution: 0.0, ..Colliding::new(grid, 0.02 * cell_m as f32) };
         let twin = Law { law: &law, method: Method::TwoPlanes, scene, tick: 0, step_s: DT_S as f32 };
@@ -679,7 +691,7 @@ fn who_is_born_within_a_step_meets_a_wall_where_it_is_then() {
         lead_s: DT_S as f32,
         ..Colliding::new(grid(), 0.05)
     };
-    let surroundings = Surroundings::new(&gpu, &cells, 3).unwrap();
+    let surroundings = Surroundings::new(&gpu, &cells, 3, Slabs::OfEight).unwrap();
     gpu.once(|rec| surroundings.record(rec)).unwrap();
     // Half a step before its end, where the wall comes after three quarters of it; and where it does not come.
     for (quarters, is_hit) in [(1.0, true), (-1.0, false)] {
@@ -784,7 +796,7 @@ fn every_pool_moves_those_who_are_put_off() {
     let gpu = gpu();
     let (read, law) = (fill(&grid(), &mixed()), Colliding::new(grid(), 0.05));
     let cells = cells_of(&gpu, grid(), &read);
-    let surroundings = Surroundings::new(&gpu, &cells, 3).unwrap();
+    let surroundings = Surroundings::new(&gpu, &cells, 3, Slabs::OfEight).unwrap();
     gpu.once(|rec| surroundings.record(rec)).unwrap();
     let emitters = [Emitter {
         at_m: vec3(0.0, 0.2, 0.0),

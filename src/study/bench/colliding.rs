@@ -3,7 +3,7 @@
 //! of 100 particles have nothing in the way; `busy`: 24 cells, a twelfth is close to a wall or the torus. Counted is a whole step:
 //! births, law, and the end of the impact stream. After a second of simulation all begin again where they began, since a
 //! method that leaks would else empty its room while it is timed. `near/REACH`: what a change of the scene costs beside,
-//! an item a cell of a cube of them.
+//! an item a cell of a cube of them; `still`: with the slabs of cells that stay.
 
 use super::{Effort, Measured, Suite};
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     gpu::Gpu,
     mesh::shapes,
     particles::{
-        colliding::{Colliding, Method, Surroundings},
+        colliding::{Colliding, Method, Slabs, Surroundings},
         cpu_colliding::{self, Law, Scene},
         Options, Particle, Particles, Tuning,
     },
@@ -36,13 +36,14 @@ pub const SUITE: Suite = Suite {
         "colliding/busy/seed",
         "near/2",
         "near/14",
+        "near/2/still",
     ],
     sizes: &[1 << 20, 1 << 24],
     largest_on_cpu: 1 << 16,
     label: |size| size.to_string(),
     run: |gpu, variant, size, effort| {
         if let Some(reach) = variant.strip_prefix("near/") {
-            return near(gpu, reach.parse().expect("a number of cells"), size, effort);
+            return near(gpu, reach, size, effort);
         }
         check(gpu, variant)?;
         let mut arena = room(gpu, variant, size)?.rewinds()?;
@@ -98,10 +99,15 @@ fn scene(gpu: &Gpu, grid: Grid) -> Result<Cells> {
     Arena::voxelise(gpu, grid, &[walls, shapes::torus(0.5, 0.12, 64)], false)
 }
 
-fn near(gpu: &Gpu, reach: u32, count: u32, effort: Effort) -> Result<Measured> {
+fn near(gpu: &Gpu, variant: &str, count: u32, effort: Effort) -> Result<Measured> {
+    let (reach, slabs) = match variant.split_once('/') {
+        Some((reach, _)) => (reach, Slabs::OfAll),
+        None => (variant, Slabs::OfEight),
+    };
+    let reach = reach.parse().expect("a number of cells");
     let side = f64::from(count).cbrt().round() as u32;
     let grid = Grid::new(Vec3::splat(-1.0), 2.0 / side as f32, UVec3::splat(side));
-    let surroundings = Surroundings::new(gpu, &scene(gpu, grid)?, reach)?;
+    let surroundings = Surroundings::new(gpu, &scene(gpu, grid)?, reach, slabs)?;
     let timing = runs::time(gpu, effort, |rec| {
         surroundings.record(rec);
         rec.barrier(Surroundings::EXIT, Surroundings::ENTRY);
@@ -129,7 +135,7 @@ fn check(gpu: &Gpu, variant: &str) -> Result<()> {
     let mut arena = room(gpu, variant, 2048)?;
     arena.steps(STEPS, DT_S)?;
     let (law, read) = (*arena.law(), arena.surroundings.cells().read(gpu)?);
-    let near = cpu_colliding::near(&law.grid, &read, REACH);
+    let near = cpu_colliding::near(&law.grid, &read, REACH, Slabs::OfAll);
     let scene = Scene { occupied: &read.occupied, planes: &read.planes, near: &near };
     let twin = Law { law: &law, method: method_of(variant), scene, tick: 0, step_s: DT_S as f32 };
     let mut want = crowd(&law.grid, 2048);

@@ -6,7 +6,7 @@ use crate::{
     gpu::Gpu,
     impact::Stream,
     particles::{
-        colliding::{Colliding, Method, Surroundings},
+        colliding::{Colliding, Method, Slabs, Surroundings},
         Emitter, Particle, Particles, PoolInfo, Step, Thrown,
     },
     study::{
@@ -121,7 +121,7 @@ pub fn edges(context: &Context<'_>, variant: &str) -> Result<Outcome> {
     scene.extend(rectangle(dvec3(0.99, -1.0, -1.0), DVec3::Y * 2.0, DVec3::Z * 2.0));
     let cells = host(gpu, grid(), &scene)?;
     let law = pure(0.05);
-    let surroundings = Surroundings::new(gpu, &cells, 3)?;
+    let surroundings = Surroundings::new(gpu, &cells, 3, Slabs::OfEight)?;
     gpu.once(|rec| surroundings.record(rec))?;
     let stream = Stream::new(gpu, 64)?;
     let from = vec3(0.1, -0.49, 0.1);
