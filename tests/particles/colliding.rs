@@ -242,7 +242,9 @@ fn a_slab_holds_all_that_lies_round_a_corner() {
 /// Whom the one look lets by meets nothing, at any speed, in a scene whose planes move, also in a part of a step.
 #[test]
 fn who_passes_the_look_meets_nothing() {
-    let (grid, read) = (grid(), fill(&grid(), &mixed()));
+    // What bends comes out of its cells.
+    let scene = [mixed(), triangles_of(&shapes::torus(0.6, 0.2, 20))].concat();
+    let (grid, read) = (grid(), fill(&grid(), &scene));
     let nears = [Slabs::OfEight, Slabs::OfAll].map(|slabs| cpu_colliding::near(&grid, &read, 3, slabs));
     let (mut passed, mut beside, mut met) = (0, 0, 0);
     for (radius_m, speed_mps, lead_s) in
