@@ -330,8 +330,8 @@ impl Surroundings {
     }
 
     /// Four bits for the least corner of each cell: how many cells lie between it and the nearest occupied one; then four words a
-    /// cell: its extents, and which planes are met in it; then a word a corner: those four bits again, and a slab in which all
-    /// lies that is felt within a cell of it.
+    /// cell: its extents, and which planes are met in it; then a word a corner: a slab in which all lies that
+    /// is felt within a cell of it, and how far it may be asked (`glsl/particles/cell_bits.glsl`).
     pub fn near(&self) -> &Buffer {
         &self.near
     }
