@@ -129,7 +129,7 @@ uint take_lowest(inout uvec2 bits) {
 }
 
 // The slab in which all lies that is felt within a cell of a corner: `flies_freely` in collide_look.glsl. That may be of any of the 64
-// cells around, as planes are felt an eighth of a cell beyond theirs; of the corner's own eight alone it is found in half the time,
+// cells around, as planes are felt an eighth of a cell beyond theirs; of the corner's own eight alone it is found in about half the time,
 // and who asks must keep that eighth away. Its normal is the mean of what the corner's own eight have, or
 // all where those have nothing. How far a plane goes along it: n.y over all y in a box of half sizes h round the origin with m.y = -d
 // is at most -l d + h.|n - l m|, whatever l is; n.m is a good one.
